@@ -1,0 +1,77 @@
+//! What an optimiser sees of a design problem.
+
+use nalgebra::DMatrix;
+
+/// Everything one evaluation of a design problem yields.
+///
+/// Derivatives are with respect to the scaled design variables `x` the evaluation was asked for.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Evaluation {
+    /// The objective, to be minimised.
+    pub objective: f64,
+    /// Gradient of the objective, one entry a variable.
+    pub gradient: Vec<f64>,
+    /// Constraint values, in the order of [`Problem::constraint_bounds`].
+    pub constraints: Vec<f64>,
+    /// Gradients of the constraints, one row a constraint.
+    pub jacobian: Vec<Vec<f64>>,
+    /// Further values for the history, in the order of [`Problem::value_names`].
+    pub values: Vec<f64>,
+}
+
+/// An analysis that has no value at some point: recoverable, the optimiser takes a shorter step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
+#[error("{reason}")]
+pub struct AnalysisFailure {
+    /// What went wrong, in a sentence.
+    pub reason: String,
+}
+
+/// Lower and upper bound of a variable or constraint; infinite where there is none, equal for an equality.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Smallest allowed value, or −∞.
+    pub lower: f64,
+    /// Largest allowed value, or +∞.
+    pub upper: f64,
+}
+
+impl Bounds {
+    /// No bounds.
+    pub const FREE: Self = Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY };
+
+    /// Whether neither side is bounded.
+    pub fn is_free(&self) -> bool {
+        self.lower == f64::NEG_INFINITY && self.upper == f64::INFINITY
+    }
+
+    /// How far `value` lies outside, 0 inside.
+    pub fn violation(&self, value: f64) -> f64 {
+        (self.lower - value).max(value - self.upper).max(0.0)
+    }
+}
+
+/// A smooth problem: minimise `objective(x)` with `x` in bounds and `constraints(x)` in bounds.
+///
+/// Variables are scaled: a step of one is a large but sensible change of the shape.
+pub trait Problem {
+    /// Names of the variables, one each.
+    fn variable_names(&self) -> &[String];
+    /// Where the optimisation starts.
+    fn start(&self) -> &[f64];
+    /// Bounds of the variables, one each.
+    fn variable_bounds(&self) -> &[Bounds];
+    /// Names of the constraints, one each.
+    fn constraint_names(&self) -> &[String];
+    /// Bounds of the constraints, one each.
+    fn constraint_bounds(&self) -> &[Bounds];
+    /// Names of the further values, one each.
+    fn value_names(&self) -> &[String];
+    /// Values and exact first derivatives at `x`.
+    ///
+    /// # Errors
+    /// [`AnalysisFailure`] where the shape at `x` has no analysis; the optimiser goes on with a shorter step.
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure>;
+    /// Exact Hessian (n × n) of the objective at `x`; `None` where the problem does not offer second derivatives.
+    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>>;
+}

@@ -1,0 +1,90 @@
+//! What can be wrong with a spline.
+
+/// Why a spline was not built or an operation on it failed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SplineError {
+    /// The degree asks for more control points.
+    #[error("degree {degree} needs at least {} control points, there are {control_points}", degree + 1)]
+    TooFewControlPoints {
+        /// Degree asked for.
+        degree: usize,
+        /// Control points given.
+        control_points: usize,
+    },
+    /// Degree zero is not a curve.
+    #[error("the degree must be at least 1")]
+    DegreeZero,
+    /// A knot vector decreases or holds a number that is not finite.
+    #[error("knot {index} is {value}: knots must be finite and must not decrease")]
+    BadKnot {
+        /// Position in the knot vector.
+        index: usize,
+        /// The offending knot.
+        value: f64,
+    },
+    /// A knot is repeated more often than the degree allows.
+    #[error("knot {value} stands {multiplicity} times; degree {degree} allows {allowed}")]
+    Multiplicity {
+        /// The knot.
+        value: f64,
+        /// How often it would stand.
+        multiplicity: usize,
+        /// Degree of the spline.
+        degree: usize,
+        /// How often it may stand there.
+        allowed: usize,
+    },
+    /// The number of knots does not fit the number of control points.
+    #[error("{expected} control points wanted by the knot vectors, {found} given")]
+    ControlPointCount {
+        /// What the knot vectors ask for.
+        expected: usize,
+        /// What was given.
+        found: usize,
+    },
+    /// A control point or data point is not finite.
+    #[error("point {index} is not finite")]
+    NotFinite {
+        /// Position of the point.
+        index: usize,
+    },
+    /// A parameter outside of the domain, or a pair of parameters in the wrong order.
+    #[error("parameter {parameter} is outside of ({first}, {last})")]
+    OutsideDomain {
+        /// The parameter.
+        parameter: f64,
+        /// Start of the domain.
+        first: f64,
+        /// End of the domain.
+        last: f64,
+    },
+    /// Interpolation parameters must increase strictly.
+    #[error("parameter {index} ({value}) does not exceed the one before it")]
+    ParametersNotIncreasing {
+        /// Position of the parameter.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// Too few points for the interpolation or fit.
+    #[error("{needed} points needed, {found} given")]
+    TooFewPoints {
+        /// Smallest number.
+        needed: usize,
+        /// Number given.
+        found: usize,
+    },
+    /// A linear system of a fit is singular.
+    #[error("the fit is not determined: some basis function sees no data (Schoenberg-Whitney)")]
+    Singular,
+    /// A fit did not reach its tolerance.
+    #[error("fit error {error:.3e} with {control_points} control points, wanted {tolerance:.1e}")]
+    ToleranceNotReached {
+        /// Largest distance of a data point from the fit, at its parameter.
+        error: f64,
+        /// Control points used.
+        control_points: usize,
+        /// Distance asked for.
+        tolerance: f64,
+    },
+}

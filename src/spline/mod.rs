@@ -1,0 +1,17 @@
+//! B-splines over any [`Scalar`](crate::scalar::Scalar): knot vectors, curves, surfaces and volumes.
+//!
+//! Knots and parameters of construction are plain numbers, control points are generic, so every spline is linear in
+//! its control points and every derivative is exact.
+//!
+//! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate).
+
+mod curve;
+mod error;
+mod knots;
+mod tensor;
+
+pub use curve::BSplineCurve;
+pub use error::SplineError;
+pub use knots::{BasisValues, KnotVector};
+pub(crate) use tensor::for_each_index;
+pub use tensor::{BSplineSurface, BSplineVolume, TensorSpline, for_each_weight};
