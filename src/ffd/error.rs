@@ -1,0 +1,63 @@
+//! What can be wrong with a free-form deformation.
+
+use crate::spline::SplineError;
+
+/// Why a box was not built, a point not embedded or a penalty not set up.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FfdError {
+    /// The degree and control points of one direction do not go together.
+    #[error("box direction {axis} (0 = x): {source}")]
+    Direction {
+        /// Direction, 0 for x.
+        axis: usize,
+        /// What is wrong.
+        source: SplineError,
+    },
+    /// A range is empty, reversed or not finite.
+    #[error("box direction {axis} (0 = x) has the range [{first}, {last}]: it must be finite and increase")]
+    Range {
+        /// Direction, 0 for x.
+        axis: usize,
+        /// Start of the range.
+        first: f64,
+        /// End of the range.
+        last: f64,
+    },
+    /// The control points of the box are wrong in number or not finite.
+    #[error("box control points: {0}")]
+    ControlPoints(SplineError),
+    /// A cell of the undeformed control net is degenerate or turned over.
+    #[error(
+        "the undeformed box is folded at control point {control_point:?}: a neighbouring simplex has measure {measure:.3e}; order the control points so that x × y is positive"
+    )]
+    Folded {
+        /// Indices of the control point, one a direction.
+        control_point: Vec<usize>,
+        /// Signed area (volume) of the worst simplex at it.
+        measure: f64,
+    },
+    /// A point to embed lies outside of the box.
+    #[error("point {index} at {point:?} lies outside of the box; enlarge the box")]
+    Outside {
+        /// Position in the list of points.
+        index: usize,
+        /// The point.
+        point: Vec<f64>,
+    },
+    /// A setting of the fold penalty is out of range.
+    #[error("fold penalty: {name} is {value}, it must be positive and finite")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A list has the wrong length.
+    #[error("{expected} points expected, {found} given")]
+    PointCount {
+        /// What the map asks for.
+        expected: usize,
+        /// What was given.
+        found: usize,
+    },
+}

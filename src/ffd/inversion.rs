@@ -1,0 +1,334 @@
+//! Finding the parameters of a point in a box: bracketed Newton per point.
+//!
+//! Each cell of the box is one polynomial patch. Newton's method runs on the polynomial of a cell, which continues
+//! smoothly beyond it, so that it cannot hop between cells (as it does on linear boxes). Cells, and after a failure
+//! parts of cells, are discarded when the point lies outside of the bounding box of their Bézier control points; what
+//! is left is halved until Newton converges inside its bracket.
+
+use super::{BoxEvaluator, FfdBox};
+use crate::spline::KnotVector;
+
+/// Newton steps tried from one starting point.
+const STEPS: usize = 16;
+/// Halvings of a cell before giving up; 2⁻⁵⁰ of a cell is round-off.
+const DEPTH: usize = 50;
+/// Residual, relative to the diagonal of the box, at which a point counts as inside.
+const TOLERANCE: f64 = 1e-14;
+/// How far beyond its cell, in cells, Newton may end: a point on a boundary may fall on either side.
+const MARGIN: f64 = 1e-9;
+
+/// A box prepared for finding the parameters of points.
+pub(super) struct Inversion<'a, const D: usize> {
+    lattice: &'a FfdBox<f64, D>,
+    evaluator: BoxEvaluator<D>,
+    cells: Vec<Patch<D>>,
+    diagonal: f64,
+}
+
+/// A cell, or part of one, by its Bézier control points.
+#[derive(Clone)]
+struct Patch<const D: usize> {
+    cell: [usize; D],
+    /// Bracket in local coordinates of the cell.
+    low: [f64; D],
+    high: [f64; D],
+    /// Bézier control points, first direction fastest.
+    net: Vec<[f64; D]>,
+    bounds: ([f64; D], [f64; D]),
+}
+
+impl<'a, const D: usize> Inversion<'a, D> {
+    pub fn new(lattice: &'a FfdBox<f64, D>) -> Self {
+        let evaluator = BoxEvaluator::new(lattice);
+        let (low, high) = bounds(lattice.control_points());
+        let diagonal = (0..D).map(|d| (high[d] - low[d]).powi(2)).sum::<f64>().sqrt();
+        let counts = evaluator.cells();
+        let cells = (0..counts.iter().product())
+            .map(|index| {
+                let cell = FfdBox::<f64, D>::unravel(counts, index);
+                Patch::new(cell, bezier_net(lattice, cell), [-0.5; D], [0.5; D])
+            })
+            .collect();
+        Self { lattice, evaluator, cells, diagonal }
+    }
+
+    /// The parameters of a point, to round-off; `None` where the point is not in the box.
+    pub fn solve(&self, point: [f64; D]) -> Option<[f64; D]> {
+        let degrees = self.lattice.degrees();
+        let margin = TOLERANCE * self.diagonal;
+        let mut waiting = Vec::new();
+        for patch in self.cells.iter().filter(|p| p.may_contain(point, margin)) {
+            match self.newton(patch, point) {
+                Some(u) => return Some(u),
+                None => waiting.push((patch.clone(), 0)),
+            }
+        }
+        while let Some((patch, depth)) = waiting.pop() {
+            if depth >= DEPTH {
+                continue;
+            }
+            for half in patch.halves(degrees) {
+                if half.may_contain(point, margin) {
+                    if let Some(u) = self.newton(&half, point) {
+                        return Some(u);
+                    }
+                    waiting.push((half, depth + 1));
+                }
+            }
+        }
+        None
+    }
+
+    /// Newton on the polynomial of the patch's cell, from the middle of the bracket.
+    fn newton(&self, patch: &Patch<D>, point: [f64; D]) -> Option<[f64; D]> {
+        let mut s: [f64; D] = std::array::from_fn(|k| 0.5 * (patch.low[k] + patch.high[k]));
+        let reach: [f64; D] = std::array::from_fn(|k| 0.5 * (patch.high[k] - patch.low[k]));
+        let mut last_step = f64::INFINITY;
+        for _ in 0..STEPS {
+            let (value, jacobian) = self.evaluator.cell_point_and_jacobian(patch.cell, s);
+            let step = solve_small(&jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
+            let mut size = 0.0f64;
+            for k in 0..D {
+                s[k] -= step[k];
+                size = size.max(step[k].abs());
+                // the bracket: no further than half a patch beyond it
+                s[k] = s[k].clamp(patch.low[k] - reach[k], patch.high[k] + reach[k]);
+            }
+            // quadratic convergence: a step this small means the next is round-off
+            if size < 1e-9 || (size < 1e-6 && size >= last_step) {
+                return self.accept(patch, point, s);
+            }
+            last_step = size;
+        }
+        None
+    }
+
+    /// Checks the bracket, puts the parameters into [0, 1] and polishes them on the B-spline itself.
+    fn accept(&self, patch: &Patch<D>, point: [f64; D], s: [f64; D]) -> Option<[f64; D]> {
+        if s.iter().any(|s| s.abs() > 0.5 + MARGIN) {
+            return None;
+        }
+        let mut best = self.evaluator.parameters(patch.cell, s).map(|u| u.clamp(0.0, 1.0));
+        let mut smallest = f64::INFINITY;
+        let mut u = best;
+        for _ in 0..4 {
+            let (value, jacobian) = self.lattice.spline().point_and_jacobian(u);
+            let residual: [f64; D] = std::array::from_fn(|d| value[d] - point[d]);
+            let size = residual.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+            if size >= smallest {
+                break;
+            }
+            (best, smallest) = (u, size);
+            let step = solve_small(&jacobian, residual)?;
+            u = std::array::from_fn(|k| (u[k] - step[k]).clamp(0.0, 1.0));
+        }
+        (smallest <= TOLERANCE * self.diagonal).then_some(best)
+    }
+}
+
+impl<const D: usize> Patch<D> {
+    fn new(cell: [usize; D], net: Vec<[f64; D]>, low: [f64; D], high: [f64; D]) -> Self {
+        let bounds = bounds(&net);
+        Self { cell, low, high, net, bounds }
+    }
+
+    /// Convex hull property: a point outside of the bounding box of the net is not in the patch.
+    fn may_contain(&self, point: [f64; D], margin: f64) -> bool {
+        (0..D).all(|d| self.bounds.0[d] - margin <= point[d] && point[d] <= self.bounds.1[d] + margin)
+    }
+
+    /// The patch cut in two across its longest side in parameters (de Casteljau).
+    fn halves(&self, degrees: [usize; D]) -> [Self; 2] {
+        let axis = (0..D).fold(
+            0,
+            |best, k| {
+                if self.high[k] - self.low[k] > self.high[best] - self.low[best] { k } else { best }
+            },
+        );
+        let orders = degrees.map(|p| p + 1);
+        let stride: usize = orders[..axis].iter().product();
+        let (mut left, mut right) = (self.net.clone(), self.net.clone());
+        for start in 0..self.net.len() {
+            if start / stride % orders[axis] != 0 {
+                continue;
+            }
+            let n = orders[axis];
+            for level in 1..n {
+                for j in (level..n).rev() {
+                    let (a, b) = (left[start + (j - 1) * stride], left[start + j * stride]);
+                    left[start + j * stride] = std::array::from_fn(|d| 0.5 * (a[d] + b[d]));
+                }
+                right[start + (n - 1 - level) * stride] = left[start + (n - 1) * stride];
+            }
+            right[start + (n - 1) * stride] = self.net[start + (n - 1) * stride];
+        }
+        let middle = 0.5 * (self.low[axis] + self.high[axis]);
+        let (mut high, mut low) = (self.high, self.low);
+        high[axis] = middle;
+        low[axis] = middle;
+        [Self::new(self.cell, left, self.low, high), Self::new(self.cell, right, low, self.high)]
+    }
+}
+
+fn bounds<const D: usize>(points: &[[f64; D]]) -> ([f64; D], [f64; D]) {
+    let mut low = [f64::INFINITY; D];
+    let mut high = [f64::NEG_INFINITY; D];
+    for point in points {
+        for d in 0..D {
+            low[d] = low[d].min(point[d]);
+            high[d] = high[d].max(point[d]);
+        }
+    }
+    (low, high)
+}
+
+/// Solves `Σ_k x_k columns[k] = right` for `D` unknowns by Gaussian elimination with pivoting.
+pub(super) fn solve_small<const D: usize>(columns: &[[f64; D]; D], right: [f64; D]) -> Option<[f64; D]> {
+    let mut rows: [[f64; D]; D] = std::array::from_fn(|d| std::array::from_fn(|k| columns[k][d]));
+    let mut b = right;
+    for k in 0..D {
+        let pivot = (k..D).fold(k, |best, r| if rows[r][k].abs() > rows[best][k].abs() { r } else { best });
+        if !(rows[pivot][k].abs() > 0.0) {
+            return None;
+        }
+        rows.swap(k, pivot);
+        b.swap(k, pivot);
+        for r in k + 1..D {
+            let factor = rows[r][k] / rows[k][k];
+            for c in k..D {
+                rows[r][c] -= factor * rows[k][c];
+            }
+            b[r] -= factor * b[k];
+        }
+    }
+    for k in (0..D).rev() {
+        for c in k + 1..D {
+            b[k] -= rows[k][c] * b[c];
+        }
+        b[k] /= rows[k][k];
+    }
+    b.iter().all(|v| v.is_finite()).then_some(b)
+}
+
+/// Bézier control points of one cell: the blossom of the B-spline at the ends of the cell, direction by direction.
+fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, cell: [usize; D]) -> Vec<[f64; D]> {
+    let axes = lattice.spline().axes();
+    let spans: [_; D] = std::array::from_fn(|k| axes[k].spans().nth(cell[k]).unwrap_or((0, 0.0, 1.0)));
+    let mut net = Vec::new();
+    crate::spline::for_each_index(axes, std::array::from_fn(|k| spans[k].0), |index, _| {
+        net.push(lattice.control_points()[index]);
+    });
+    let orders: [usize; D] = std::array::from_fn(|k| axes[k].degree() + 1);
+    for k in 0..D {
+        let stride: usize = orders[..k].iter().product();
+        for start in (0..net.len()).filter(|i| i / stride % orders[k] == 0) {
+            let line: Vec<[f64; D]> = (0..orders[k]).map(|j| net[start + j * stride]).collect();
+            for (ends, slot) in (0..orders[k]).enumerate() {
+                net[start + slot * stride] = blossom(&axes[k], spans[k], &line, ends);
+            }
+        }
+    }
+    net
+}
+
+/// The blossom with `ends` arguments at the end of the span and the rest at its start.
+fn blossom<const D: usize>(
+    knots: &KnotVector,
+    (span, first, last): (usize, f64, f64),
+    line: &[[f64; D]],
+    ends: usize,
+) -> [f64; D] {
+    let p = knots.degree();
+    let mut d = line.to_vec();
+    for level in 1..=p {
+        let argument = if level <= ends { last } else { first };
+        for j in (level..=p).rev() {
+            let (left, right) = (knots.as_slice()[span - p + j], knots.as_slice()[span + j + 1 - level]);
+            let t = (argument - left) / (right - left);
+            d[j] = std::array::from_fn(|c| (1.0 - t) * d[j - 1][c] + t * d[j][c]);
+        }
+    }
+    d[p]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ffd::Placement;
+    use proptest::prelude::*;
+
+    /// Undeformed boxes: rectangular, and skewed with bulged sides.
+    fn any_box(p: usize, q: usize, extra: (usize, usize), placement: Placement, bend: f64) -> FfdBox<f64> {
+        let (counts, degrees) = ([p + 1 + extra.0, q + 1 + extra.1], [p, q]);
+        let corners = [[-0.1, -0.2], [1.1, -0.1 - bend], [-0.1 + bend, 0.2], [1.2, 0.15 + bend]];
+        if bend == 0.0 {
+            return FfdBox::rectangular([[-0.1, 1.1], [-0.15, 0.15]], counts, degrees, placement).unwrap();
+        }
+        let straight = FfdBox::from_corners(&corners, counts, degrees, placement).unwrap();
+        let bulged = straight
+            .control_points()
+            .iter()
+            .map(|x| [x[0] + 0.2 * bend * (7.0 * x[1]).sin(), x[1] + 0.3 * bend * (5.0 * x[0]).sin()]);
+        FfdBox::from_control_points(bulged.collect(), counts, degrees).unwrap()
+    }
+
+    #[test]
+    fn bezier_nets_reproduce_the_cells() {
+        let lattice = any_box(3, 2, (3, 2), Placement::Even, 0.2);
+        let inversion = Inversion::new(&lattice);
+        for patch in &inversion.cells {
+            // corners of the Bézier net are points of the box
+            let at = |s: [f64; 2]| lattice.evaluate(inversion.evaluator.parameters(patch.cell, s));
+            let n = patch.net.len();
+            for (net, s) in [(0, [-0.5, -0.5]), (3, [0.5, -0.5]), (n - 4, [-0.5, 0.5]), (n - 1, [0.5, 0.5])] {
+                let x = at(s);
+                assert!((x[0] - patch.net[net][0]).abs() < 1e-14 && (x[1] - patch.net[net][1]).abs() < 1e-14);
+            }
+            let halves = patch.halves(lattice.degrees());
+            assert_eq!(halves[0].net[3], halves[1].net[0]);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(512))]
+        #[test]
+        fn finds_interior_and_face_points(
+            p in 1usize..=5, q in 1usize..=5, extra in (0usize..4, 0usize..4), greville: bool,
+            bend in prop::sample::select(vec![0.0, 0.05, 0.15]), u in -0.1f64..=1.1, v in -0.1f64..=1.1,
+        ) {
+            let lattice = any_box(p, q, extra, if greville { Placement::Greville } else { Placement::Even }, bend);
+            // a good share of the points on faces and corners
+            let x = lattice.evaluate([u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]);
+            let inversion = Inversion::new(&lattice);
+            let found = inversion.solve(x);
+            prop_assert!(found.is_some(), "{x:?} not found");
+            let back = lattice.evaluate(found.unwrap());
+            prop_assert!((back[0] - x[0]).abs() <= 1e-14 && (back[1] - x[1]).abs() <= 1e-14);
+        }
+
+        #[test]
+        fn outside_is_outside(p in 1usize..=5, extra in 0usize..4, angle in 0.0f64..6.283) {
+            let lattice = any_box(p, p, (extra, extra), Placement::Even, 0.0);
+            let x = [0.5 + 2.0 * angle.cos(), 2.0 * angle.sin()];
+            prop_assert!(Inversion::new(&lattice).solve(x).is_none());
+            prop_assert!(Inversion::new(&lattice).solve([0.5, 0.15 + 1e-12]).is_none());
+        }
+    }
+
+    #[test]
+    fn a_volume_is_inverted_too() {
+        let flat =
+            FfdBox::rectangular([[0.0, 1.0], [0.0, 1.0], [0.0, 1.0]], [4, 3, 3], [3, 2, 1], Placement::Even).unwrap();
+        let bent = flat
+            .control_points()
+            .iter()
+            .map(|x| [x[0] + 0.1 * x[1] * x[2], x[1] + 0.1 * x[0] * x[0], x[2] - 0.1 * x[0]]);
+        let lattice = FfdBox::from_control_points(bent.collect(), [4, 3, 3], [3, 2, 1]).unwrap();
+        let inversion = Inversion::new(&lattice);
+        for u in [[0.1, 0.9, 0.3], [0.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {
+            let x = lattice.evaluate(u);
+            let back = lattice.evaluate(inversion.solve(x).unwrap());
+            assert!((0..3).all(|d| (back[d] - x[d]).abs() < 1e-14));
+        }
+    }
+}

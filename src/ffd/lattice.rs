@@ -1,0 +1,241 @@
+//! The free-form deformation box: a tensor-product B-spline map from parameters to space.
+
+use super::{FfdError, folding};
+use crate::scalar::Scalar;
+use crate::spline::{KnotVector, TensorSpline};
+
+/// Where the control points of a rectangular box stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Placement {
+    /// Evenly spaced, as in the paper. For degrees above one the map from parameters to space is then not linear.
+    #[default]
+    Even,
+    /// At the Greville abscissae: the undeformed box is the identity map up to scale, so that embedding is exact.
+    Greville,
+}
+
+/// A free-form deformation box in `D` dimensions (two unless told): a clamped B-spline of any degree in each
+/// direction, with parameters in [0, 1].
+///
+/// Control points are stored with the first direction (x, "columns") running fastest: control point `(i, j)` of an
+/// `n × m` net stands at `i + n j`. The source is Section IV of the paper.
+///
+/// ```
+/// use aeroform::ffd::{FfdBox, Placement};
+/// let lattice = FfdBox::rectangular([[-0.1, 1.1], [-0.15, 0.15]], [4, 4], [3, 3], Placement::Even).unwrap();
+/// assert_eq!(lattice.control_points()[5], [-0.1 + 0.4, -0.15 + 0.1]);
+/// let embedding = lattice.embed(&[[0.0, 0.0], [1.0, 0.0]]).unwrap();
+/// // lift the whole box: both points follow
+/// let up = vec![[0.0, 0.25]; 16];
+/// let moved = embedding.deform(&[[0.0, 0.0], [1.0, 0.0]], &up).unwrap();
+/// assert!((moved[0][1] - 0.25).abs() < 1e-15 && (moved[1][1] - 0.25).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct FfdBox<S, const D: usize = 2> {
+    spline: TensorSpline<S, D, D>,
+}
+
+impl<const D: usize> FfdBox<f64, D> {
+    /// A box over `ranges` (`[first, last]` a direction) with `counts` control points and `degrees`.
+    ///
+    /// # Errors
+    /// Empty or reversed ranges, a degree of zero, or not more control points than the degree.
+    pub fn rectangular(
+        ranges: [[f64; 2]; D],
+        counts: [usize; D],
+        degrees: [usize; D],
+        placement: Placement,
+    ) -> Result<Self, FfdError> {
+        for (axis, [first, last]) in ranges.into_iter().enumerate() {
+            if !(first.is_finite() && last.is_finite() && first < last) {
+                return Err(FfdError::Range { axis, first, last });
+            }
+        }
+        let axes = Self::axes(counts, degrees)?;
+        let fractions = Self::fractions(&axes, placement);
+        let points = (0..counts.iter().product())
+            .map(|index| {
+                let local = Self::unravel(counts, index);
+                std::array::from_fn(|d| {
+                    let [first, last] = ranges[d];
+                    let t = fractions[d][local[d]];
+                    // exact at both ends
+                    if t == 1.0 { last } else { first + t * (last - first) }
+                })
+            })
+            .collect();
+        Self::from_spline(axes, points)
+    }
+
+    /// A box whose undeformed net is multilinear between `2^D` corners, first direction fastest (in the plane:
+    /// lower front, lower rear, upper front, upper rear).
+    ///
+    /// # Errors
+    /// As [`rectangular`](Self::rectangular), a wrong number of corners, or corners that fold the net.
+    pub fn from_corners(
+        corners: &[[f64; D]],
+        counts: [usize; D],
+        degrees: [usize; D],
+        placement: Placement,
+    ) -> Result<Self, FfdError> {
+        if corners.len() != 1 << D {
+            return Err(FfdError::PointCount { expected: 1 << D, found: corners.len() });
+        }
+        let axes = Self::axes(counts, degrees)?;
+        let fractions = Self::fractions(&axes, placement);
+        let points = (0..counts.iter().product())
+            .map(|index| {
+                let local = Self::unravel(counts, index);
+                let mut point = [0.0; D];
+                for (corner, position) in corners.iter().enumerate() {
+                    let weight: f64 = (0..D)
+                        .map(|d| {
+                            let t = fractions[d][local[d]];
+                            if corner >> d & 1 == 1 { t } else { 1.0 - t }
+                        })
+                        .product();
+                    for d in 0..D {
+                        point[d] += weight * position[d];
+                    }
+                }
+                point
+            })
+            .collect();
+        Self::from_spline(axes, points)
+    }
+
+    /// A box with any undeformed control points, first direction fastest.
+    ///
+    /// # Errors
+    /// As [`rectangular`](Self::rectangular), a wrong number of control points, one that is not finite, or a net that is
+    /// folded.
+    pub fn from_control_points(
+        points: Vec<[f64; D]>,
+        counts: [usize; D],
+        degrees: [usize; D],
+    ) -> Result<Self, FfdError> {
+        Self::from_spline(Self::axes(counts, degrees)?, points)
+    }
+
+    fn from_spline(axes: [KnotVector; D], points: Vec<[f64; D]>) -> Result<Self, FfdError> {
+        let spline = TensorSpline::new(axes, points).map_err(FfdError::ControlPoints)?;
+        let (index, measure) = folding::smallest_simplex(&spline.counts(), spline.control_points());
+        if !(measure > 0.0) {
+            let control_point = Self::unravel(spline.counts(), index).to_vec();
+            return Err(FfdError::Folded { control_point, measure });
+        }
+        Ok(Self { spline })
+    }
+
+    fn axes(counts: [usize; D], degrees: [usize; D]) -> Result<[KnotVector; D], FfdError> {
+        let mut axes = Vec::with_capacity(D);
+        for axis in 0..D {
+            let knots = KnotVector::clamped_uniform(degrees[axis], counts[axis]);
+            axes.push(knots.map_err(|source| FfdError::Direction { axis, source })?);
+        }
+        Ok(std::array::from_fn(|axis| axes[axis].clone()))
+    }
+
+    /// Positions of the control points along each direction, 0 to 1.
+    fn fractions(axes: &[KnotVector; D], placement: Placement) -> [Vec<f64>; D] {
+        std::array::from_fn(|axis| match placement {
+            Placement::Greville => axes[axis].greville(),
+            Placement::Even => {
+                let last = axes[axis].control_points() - 1;
+                (0..=last).map(|i| i as f64 / last as f64).collect()
+            }
+        })
+    }
+}
+
+impl<S: Scalar, const D: usize> FfdBox<S, D> {
+    /// The B-spline map.
+    pub fn spline(&self) -> &TensorSpline<S, D, D> {
+        &self.spline
+    }
+
+    /// The control points, first direction fastest.
+    pub fn control_points(&self) -> &[[S; D]] {
+        self.spline.control_points()
+    }
+
+    /// Number of control points in each direction.
+    pub fn counts(&self) -> [usize; D] {
+        self.spline.counts()
+    }
+
+    /// Degree in each direction.
+    pub fn degrees(&self) -> [usize; D] {
+        std::array::from_fn(|axis| self.spline.axes()[axis].degree())
+    }
+
+    /// The same box with other control points, which may be folded and of any scalar.
+    ///
+    /// # Errors
+    /// A wrong number of control points, or one that is not finite.
+    pub fn with_control_points<T: Scalar>(&self, points: Vec<[T; D]>) -> Result<FfdBox<T, D>, FfdError> {
+        Ok(FfdBox { spline: self.spline.with_control_points(points).map_err(FfdError::ControlPoints)? })
+    }
+
+    /// The point of the box at parameters in [0, 1].
+    pub fn evaluate(&self, parameters: [S; D]) -> [S; D] {
+        self.spline.evaluate(parameters)
+    }
+
+    /// Indices of a control point in each direction from its position in the list.
+    pub fn unravel(counts: [usize; D], mut index: usize) -> [usize; D] {
+        std::array::from_fn(|d| {
+            let local = index % counts[d];
+            index /= counts[d];
+            local
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn greville_placement_is_the_identity() {
+        let range = [[-0.1, 1.1], [-0.15, 0.15]];
+        let lattice = FfdBox::rectangular(range, [7, 5], [4, 2], Placement::Greville).unwrap();
+        for u in [[0.2, 0.7], [0.0, 1.0], [0.9, 0.33]] {
+            let x = lattice.evaluate(u);
+            assert!((x[0] + 0.1 - 1.2 * u[0]).abs() < 1e-15 && (x[1] + 0.15 - 0.3 * u[1]).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn corners_of_a_rectangle_make_the_rectangle() {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [2.0, 1.0]];
+        let a = FfdBox::from_corners(&corners, [4, 3], [3, 2], Placement::Even).unwrap();
+        let b = FfdBox::rectangular([[0.0, 2.0], [0.0, 1.0]], [4, 3], [3, 2], Placement::Even).unwrap();
+        for (p, q) in a.control_points().iter().zip(b.control_points()) {
+            assert!((p[0] - q[0]).abs() < 1e-15 && (p[1] - q[1]).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_volume_is_the_same_code() {
+        let lattice =
+            FfdBox::rectangular([[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]], [3, 4, 2], [2, 3, 1], Placement::Greville)
+                .unwrap();
+        let x = lattice.evaluate([0.25, 0.5, 0.75]);
+        assert!((x[0] - 0.25).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15 && (x[2] - 2.25).abs() < 1e-15);
+    }
+
+    #[test]
+    fn bad_boxes_are_refused() {
+        let even = Placement::Even;
+        let wrong = |r, n, p| FfdBox::<f64, 2>::rectangular(r, n, p, even).unwrap_err();
+        let unit = [[0.0, 1.0], [0.0, 1.0]];
+        assert!(matches!(wrong([[1.0, 0.0], [0.0, 1.0]], [4, 4], [3, 3]), FfdError::Range { axis: 0, .. }));
+        assert!(matches!(wrong([[0.0, 1.0], [0.0, f64::NAN]], [4, 4], [3, 3]), FfdError::Range { axis: 1, .. }));
+        assert!(matches!(wrong(unit, [4, 3], [3, 3]), FfdError::Direction { axis: 1, .. }));
+        assert!(matches!(wrong(unit, [4, 4], [3, 0]), FfdError::Direction { axis: 1, .. }));
+        // turned over: x and y exchanged
+        let corners = [[0.0, 0.0], [0.0, 1.0], [2.0, 0.0], [2.0, 1.0]];
+        assert!(matches!(FfdBox::from_corners(&corners, [2, 2], [1, 1], even), Err(FfdError::Folded { .. })));
+    }
+}
