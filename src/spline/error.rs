@@ -58,13 +58,27 @@ pub enum SplineError {
         /// End of the domain.
         last: f64,
     },
-    /// Interpolation parameters must increase strictly.
-    #[error("parameter {index} ({value}) does not exceed the one before it")]
+    /// Parameters of points must be finite and increase strictly.
+    #[error("parameter {index} ({value}) must be finite and exceed the one before it")]
     ParametersNotIncreasing {
         /// Position of the parameter.
         index: usize,
         /// Its value.
         value: f64,
+    },
+    /// As many points as parameters, and for an interpolation as control points, are wanted.
+    #[error("{expected} points wanted, {found} given")]
+    PointCount {
+        /// What the parameters or knots ask for.
+        expected: usize,
+        /// What was given.
+        found: usize,
+    },
+    /// End tangents go with a clamped interpolation, and with no other.
+    #[error("end tangents {}", if *.wanted { "are missing: use curve_with_tangents" } else { "are for Interpolation::clamped only" })]
+    EndTangents {
+        /// Whether the interpolation needs tangents.
+        wanted: bool,
     },
     /// Too few points for the interpolation or fit.
     #[error("{needed} points needed, {found} given")]

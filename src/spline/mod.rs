@@ -5,13 +5,18 @@
 //!
 //! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate).
 
+mod banded;
 mod curve;
 mod error;
+mod fitting;
 mod knots;
 mod tensor;
 
 pub use curve::BSplineCurve;
 pub use error::SplineError;
+pub use fitting::{
+    EndCondition, Interpolation, averaged_knots, centripetal_parameters, chord_length_parameters, interpolate,
+};
 pub use knots::{BasisValues, KnotVector};
 pub(crate) use tensor::for_each_index;
 pub use tensor::{BSplineSurface, BSplineVolume, TensorSpline, for_each_weight};
