@@ -227,19 +227,24 @@ impl<const D: usize> BoxPenalty<D> {
         report
     }
 
-    /// Value; adds its derivative with respect to every control point to `gradient`.
+    /// Value; adds `factor` times its derivative with respect to every control point to `gradient`.
     ///
     /// Local duals in two stages: the indicator in its (up to 2^D) measures, each measure in its D + 1 points; the cost
     /// is a small multiple of the value's whatever the size of the box.
-    pub fn value_and_gradient(&self, net: &[[f64; D]], gradient: &mut [[f64; D]]) -> f64 {
+    pub fn value_and_gradient(&self, net: &[[f64; D]], factor: f64, gradient: &mut [[f64; D]]) -> f64 {
         // 2^D measures, and D (D + 1) coordinates of a simplex: at most 8 in the plane, 12 in space
         match D {
-            2 => self.accumulate::<4, 8>(net, gradient),
-            _ => self.accumulate::<8, 16>(net, gradient),
+            2 => self.accumulate::<4, 8>(net, factor, gradient),
+            _ => self.accumulate::<8, 16>(net, factor, gradient),
         }
     }
 
-    fn accumulate<const M: usize, const C: usize>(&self, net: &[[f64; D]], gradient: &mut [[f64; D]]) -> f64 {
+    fn accumulate<const M: usize, const C: usize>(
+        &self,
+        net: &[[f64; D]],
+        scale: f64,
+        gradient: &mut [[f64; D]],
+    ) -> f64 {
         let mut total = 0.0;
         for (index, star) in self.stars.iter().enumerate() {
             let measures: SmallVec<[DualSVec64<M>; 4]> = star
@@ -252,7 +257,7 @@ impl<const D: usize> BoxPenalty<D> {
             total += eta.re;
             let Some(by_measure) = eta.eps.0 else { continue };
             for (i, (neighbours, sign)) in star.simplices.iter().enumerate() {
-                let factor = by_measure[i] * sign;
+                let factor = scale * by_measure[i] * sign;
                 // far from a fold the penalty and its slope underflow
                 if factor == 0.0 {
                     continue;

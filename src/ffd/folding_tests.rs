@@ -82,7 +82,7 @@ fn gradients_agree_three_ways() {
                 let net = shaken(&lattice, size);
                 let x: Vec<f64> = net.iter().flatten().copied().collect();
                 let mut local = vec![[0.0; 2]; net.len()];
-                let value = penalty.value_and_gradient(&net, &mut local);
+                let value = penalty.value_and_gradient(&net, 1.0, &mut local);
                 let (value2, wide) = gradient(&Total(&penalty), &x).unwrap();
                 assert_relative_eq!(value, value2, max_relative = 1e-13);
                 let scale = wide.iter().fold(1e-12, |m: f64, g| m.max(g.abs()));
@@ -134,7 +134,7 @@ fn extreme_nets_neither_overflow_nor_give_nan() {
         for size in [1.0, 1e3, 1e6] {
             let net = shaken(&lattice, size);
             let mut slope = vec![[0.0; 2]; 16];
-            assert!(penalty.value_and_gradient(&net, &mut slope).is_finite());
+            assert!(penalty.value_and_gradient(&net, 1.0, &mut slope).is_finite());
             assert!(slope.iter().flatten().all(|g| g.is_finite()));
         }
     }
@@ -151,7 +151,7 @@ fn a_volume_uses_tetrahedra() {
     net[13][2] += 2.0;
     assert!(penalty.report(&net).folded);
     let mut slope = vec![[0.0; 3]; 27];
-    penalty.value_and_gradient(&net, &mut slope);
+    penalty.value_and_gradient(&net, 1.0, &mut slope);
     assert!(slope[13][2] > 0.0);
 }
 

@@ -70,6 +70,18 @@ impl<S: Scalar> LinearMap<S> {
     }
 }
 
+impl LinearMap<f64> {
+    /// The same constant map over another scalar.
+    pub fn lifted<S: Scalar>(&self) -> LinearMap<S> {
+        LinearMap {
+            starts: self.starts.clone(),
+            columns: self.columns.clone(),
+            weights: self.weights.iter().map(|&w| S::from(w)).collect(),
+            inputs: self.inputs,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

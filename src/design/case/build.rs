@@ -1,0 +1,455 @@
+//! From the tables of a case file to a design problem.
+
+use super::document::Document;
+use super::error::nearest;
+use super::schema::{
+    BoxTable, CaseTable, ConstraintTable, Limit, MirrorName, PinEntry, PlacementName, Rules, SectionTable,
+    TrailingEdgeName, VariablesTable,
+};
+use super::{Case, CaseError, OptimizerSettings};
+use crate::design::geometry::{Deformation, Geometry, Variable, VariableKind};
+use crate::design::motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
+use crate::design::quantity::{Instruments, Quantity};
+use crate::design::{Bounds, Constraint, DesignError, DesignProblem, ShapeError, ShapeNorm};
+use crate::ffd::{FfdBox, FfdError, FoldPenalty, Placement};
+use crate::section::{Kulfan, Section, SectionDefinition, TrailingEdge};
+use std::path::Path;
+
+/// Builds the case; every error names the key it comes from.
+pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {
+    if table.name.is_empty() || !table.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
+        return Err(document.error(&["name"], "a name is made of letters, digits, '-', '_' and '.' (it names a folder)"));
+    }
+    let geometry = geometry(document, &table, folder)?;
+    let target = match &table.target {
+        Some(target) => {
+            let definition = definition(document, target, "target", folder)?;
+            Some(definition.section().map_err(|e| document.error(&["target"], e.to_string()))?)
+        }
+        None => None,
+    };
+    let instruments = instruments(document, &table, &geometry, target.as_ref())?;
+    let objective = objective(document, &table)?;
+    let report = table.report.values.iter().map(|name| quantity(document, name, &["report", "values"]));
+    let report: Vec<Quantity> = report.collect::<Result<_, _>>()?;
+    let initial = Initial { document, geometry: &geometry, instruments: &instruments };
+    let constraints = table.constraints.0.iter().map(|(name, bounds)| initial.constraint(name, bounds));
+    let constraints: Vec<Constraint> = constraints.collect::<Result<_, _>>()?;
+    let problem = DesignProblem::new(geometry, target, instruments, &objective, &constraints, &report)
+        .map_err(|e| document.error(&["variables"], e.to_string()))?;
+    // a case whose start has no value cannot run
+    problem.quantities_at(&problem.start_values()).map_err(|e| document.error(&["objective"], e.to_string()))?;
+    let optimizer = optimizer(document, &table)?;
+    let description = table.description.unwrap_or_default();
+    Ok(Case { name: table.name, description, text: text.to_string(), problem, optimizer })
+}
+
+fn definition(
+    document: &Document,
+    table: &SectionTable,
+    key: &str,
+    folder: &Path,
+) -> Result<SectionDefinition, CaseError> {
+    let given = [table.naca.is_some(), table.kulfan.is_some(), table.file.is_some()];
+    if given.iter().filter(|g| **g).count() != 1 {
+        return Err(document.error(&[key], "give exactly one of `naca`, `kulfan` and `file`"));
+    }
+    let kind = ["naca", "kulfan", "file"][given.iter().position(|g| *g).unwrap_or(0)];
+    let wrong = |e: crate::section::SectionError| document.error(&[key, kind], e.to_string());
+    let edge = table.trailing_edge.map(|name| match name {
+        TrailingEdgeName::Sharp => TrailingEdge::Sharp,
+        TrailingEdgeName::Blunt => TrailingEdge::Blunt,
+    });
+    let mut definition = if let Some(digits) = &table.naca {
+        SectionDefinition::naca(digits, edge.unwrap_or(TrailingEdge::Blunt)).map_err(wrong)?
+    } else if let Some(coefficients) = &table.kulfan {
+        let mut kulfan = Kulfan::new(coefficients.upper.clone(), coefficients.lower.clone()).map_err(wrong)?;
+        if let Some(gap) = coefficients.gap {
+            kulfan = kulfan.with_gap(gap).map_err(wrong)?;
+        }
+        if let Some(class) = coefficients.class {
+            kulfan = kulfan.with_class(class).map_err(wrong)?;
+        }
+        SectionDefinition::Kulfan(kulfan)
+    } else {
+        let path = folder.join(table.file.as_deref().unwrap_or_default());
+        SectionDefinition::file(&path, table.fit_tolerance).map_err(wrong)?
+    };
+    if table.fit_tolerance.is_some() && table.file.is_none() {
+        return Err(document.error(&[key, "fit_tolerance"], "only coordinates from a `file` are fitted"));
+    }
+    if edge.is_some_and(|edge| edge != definition.trailing_edge()) {
+        let message = "contradicts the section: its coordinates (or the gap of its Kulfan definition) say otherwise";
+        return Err(document.error(&[key, "trailing_edge"], message));
+    }
+    if let Some(control_points) = table.control_points {
+        definition = definition
+            .with_control_points(control_points)
+            .map_err(|e| document.error(&[key, "control_points"], e.to_string()))?;
+    }
+    Ok(definition)
+}
+
+fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseError> {
+    let (counts, degrees) = (table.control_points, table.degree);
+    let placement = match table.placement {
+        Some(PlacementName::Greville) => Placement::Greville,
+        _ => Placement::Even,
+    };
+    let result = match (&table.x, &table.y, &table.corners, &table.points) {
+        (Some(x), Some(y), None, None) => FfdBox::rectangular([*x, *y], counts, degrees, placement),
+        (None, None, Some(corners), None) => FfdBox::from_corners(corners, counts, degrees, placement),
+        (None, None, None, Some(points)) => FfdBox::from_control_points(points.clone(), counts, degrees),
+        _ => return Err(document.error(&["box"], "give either `x` and `y`, or `corners`, or `points`")),
+    };
+    result.map_err(|error| {
+        let shape = if table.x.is_some() { "x" } else if table.corners.is_some() { "corners" } else { "points" };
+        let key = match &error {
+            FfdError::Range { axis, .. } => ["x", "y"][*axis.min(&1)],
+            FfdError::Direction { .. } => "degree",
+            _ => shape,
+        };
+        document.error(&["box", key], error.to_string())
+    })
+}
+
+fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geometry, CaseError> {
+    let definition = definition(document, &table.section, "section", folder)?;
+    let parameters: Vec<f64> = definition.parameters().into_iter().map(|(_, value)| value).collect();
+    let deformation = match (&table.lattice, &table.direct) {
+        (Some(_), Some(_)) => return Err(document.error(&["direct"], "give either [box] or [direct]")),
+        (Some(lattice_table), None) => Deformation::Box(lattice(document, lattice_table)?),
+        (None, Some(_)) => Deformation::Direct,
+        (None, None) => Deformation::None,
+    };
+    let rules = &table.variables;
+    let pins = |section: &Section<f64>| Ok(pin_parameters(&rules.pin, section));
+    let for_motion = deformation.clone();
+    let motion = |section: &Section<f64>, rows: &crate::ffd::LinearMap| match &for_motion {
+        Deformation::None => BoxMotion::new([0, 0], &MotionRules::default(), rows),
+        Deformation::Box(lattice) => {
+            let motion_rules = motion_rules(rules);
+            if motion_rules.mirror {
+                check_symmetry(lattice)?;
+            }
+            BoxMotion::new(lattice.counts(), &motion_rules, rows)
+        }
+        Deformation::Direct => {
+            let count = section.curve().control_points().len();
+            let mut motion_rules = motion_rules(rules);
+            if section.trailing_edge() == TrailingEdge::Sharp {
+                // both ends of the curve are one point
+                motion_rules.ties.extend([Axis::X, Axis::Y].map(|axis| Tie {
+                    control_points: vec![[0, 0], [count - 1, 0]],
+                    axis,
+                    coefficients: vec![1.0, 1.0],
+                }));
+            }
+            BoxMotion::new([count, 1], &motion_rules, rows)
+        }
+    };
+    let mut geometry = Geometry::new(definition, parameters, deformation, pins, motion).map_err(|error| {
+        let key: &[&str] = match &error {
+            DesignError::Ffd(_) => &["box"],
+            DesignError::Section(_) => &["section"],
+            _ => &["variables"],
+        };
+        document.error(key, error.to_string())
+    })?;
+    let variables = variables(document, rules, &geometry)?;
+    geometry.set_variables(variables);
+    Ok(geometry)
+}
+
+fn pin_parameters(pins: &[PinEntry], section: &Section<f64>) -> Vec<f64> {
+    let (first, last) = section.curve().domain();
+    let mut parameters = Vec::new();
+    for pin in pins {
+        match pin {
+            PinEntry::Nose => parameters.push(section.nose_parameter()),
+            PinEntry::Tail if section.trailing_edge() == TrailingEdge::Sharp => parameters.push(first),
+            PinEntry::Tail => parameters.extend([first, last]),
+            PinEntry::Parameter(u) => parameters.push(*u),
+        }
+    }
+    parameters
+}
+
+fn motion_rules(table: &VariablesTable) -> MotionRules {
+    let list = |rules: &Option<Rules>, axis: Option<Axis>| -> Vec<Selection> {
+        let selections = match rules {
+            None | Some(Rules::None) => Vec::new(),
+            Some(Rules::All) => vec![Selection::default()],
+            Some(Rules::List(list)) => list.iter().cloned().map(Selection::from).collect(),
+        };
+        let along = |selection: Selection| Selection { axis: axis.or(selection.axis), ..selection };
+        selections.into_iter().map(along).collect()
+    };
+    let mut fixed = list(&table.fixed, None);
+    fixed.extend(list(&table.x_fixed, Some(Axis::X)));
+    fixed.extend(list(&table.y_fixed, Some(Axis::Y)));
+    let ties = table.tied.iter().map(|tie| Tie {
+        control_points: tie.control_points.clone(),
+        axis: tie.axis.into(),
+        coefficients: tie.coefficients.clone().unwrap_or_else(|| vec![1.0; tie.control_points.len()]),
+    });
+    MotionRules {
+        free: list(&table.free, None),
+        fixed,
+        mirror: table.mirror == Some(MirrorName::ChordLine),
+        ties: ties.collect(),
+    }
+}
+
+/// A mirrored net must be its own mirror image.
+fn check_symmetry(lattice: &FfdBox<f64>) -> Result<(), DesignError> {
+    let [n, m] = lattice.counts();
+    let points = lattice.control_points();
+    for row in 0..m {
+        for column in 0..n {
+            let (a, b) = (points[column + n * row], points[column + n * (m - 1 - row)]);
+            if (a[0] - b[0]).abs() > 1e-12 || (a[1] + b[1]).abs() > 1e-12 {
+                return Err(DesignError::NotSymmetric { column, row });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn variables(document: &Document, table: &VariablesTable, geometry: &Geometry) -> Result<Vec<Variable>, CaseError> {
+    let available = geometry.definition().parameters();
+    let mut list = Vec::new();
+    for (name, settings) in &table.parameters.0 {
+        let Some(index) = available.iter().position(|(n, _)| n == name) else {
+            let available = available.iter().map(|(n, _)| n.clone()).collect();
+            let error = DesignError::NoParameter { name: name.clone(), available };
+            return Err(document.error(&["variables", "parameters"], error.to_string()));
+        };
+        let start = geometry.parameters()[index];
+        let step = start.abs().max(0.01);
+        list.push(Variable {
+            name: name.clone(),
+            start,
+            scale: settings.scale.unwrap_or(step),
+            bounds: Bounds {
+                lower: settings.lower.unwrap_or(f64::NEG_INFINITY),
+                upper: settings.upper.unwrap_or(f64::INFINITY),
+            },
+            step,
+            kind: VariableKind::Parameter(index),
+        });
+    }
+    let steps = natural_steps(geometry);
+    for (index, (name, axis)) in geometry.motion_variables().into_iter().enumerate() {
+        let step = steps[axis.index()];
+        let kind = VariableKind::Motion(index);
+        list.push(Variable { name, start: 0.0, scale: step, bounds: Bounds::FREE, step, kind });
+    }
+    apply_settings(document, table, geometry, &mut list)?;
+    for variable in &list {
+        let Variable { name, start, scale, bounds, .. } = variable;
+        // written so that NaN fails
+        if !(bounds.lower <= *start && *start <= bounds.upper && bounds.lower < bounds.upper) {
+            let (name, start) = (name.clone(), *start);
+            let error = DesignError::Bounds { name, lower: bounds.lower, start, upper: bounds.upper };
+            return Err(document.error(&["variables", "bounds"], error.to_string()));
+        }
+        if !(scale.is_finite() && *scale > 0.0) {
+            let error = DesignError::Scale { name: name.clone(), scale: *scale };
+            return Err(document.error(&["variables", "scale"], error.to_string()));
+        }
+    }
+    Ok(list)
+}
+
+/// The mean distance between neighbouring control points along each axis.
+fn natural_steps(geometry: &Geometry) -> [f64; 2] {
+    let net = geometry.initial_net();
+    let counts = geometry.lattice().map_or([net.len(), net.len()], FfdBox::counts);
+    std::array::from_fn(|axis| {
+        let low = net.iter().fold(f64::INFINITY, |m, p| m.min(p[axis]));
+        let high = net.iter().fold(f64::NEG_INFINITY, |m, p| m.max(p[axis]));
+        if high > low { (high - low) / (counts[axis].max(2) - 1) as f64 } else { 0.01 }
+    })
+}
+
+/// Bounds, scales and starts: for an axis of the box ("x", "y") or a variable by name.
+fn apply_settings(
+    document: &Document,
+    table: &VariablesTable,
+    geometry: &Geometry,
+    list: &mut [Variable],
+) -> Result<(), CaseError> {
+    let axes = geometry.motion().axes();
+    let selected = |name: &str, key: &str, list: &[Variable]| -> Result<Vec<usize>, CaseError> {
+        let axis = match name {
+            "x" => Some(Axis::X),
+            "y" => Some(Axis::Y),
+            _ => None,
+        };
+        let of_axis = |v: &Variable| match v.kind {
+            VariableKind::Motion(index) => axis == Some(axes[index]),
+            VariableKind::Parameter(_) => false,
+        };
+        let found: Vec<usize> = (0..list.len()).filter(|&i| list[i].name == name || of_axis(&list[i])).collect();
+        if found.is_empty() && axis.is_none() {
+            let suggestion = nearest(name, list.iter().map(|v| v.name.as_str()));
+            let error = DesignError::NoVariable { name: name.into(), suggestion };
+            return Err(document.error(&["variables", key, name], error.to_string()));
+        }
+        Ok(found)
+    };
+    for (name, [lower, upper]) in &table.bounds.0 {
+        for index in selected(name, "bounds", list)? {
+            list[index].bounds = Bounds { lower: *lower, upper: *upper };
+        }
+    }
+    for (name, scale) in &table.scale.0 {
+        for index in selected(name, "scale", list)? {
+            list[index].scale = *scale;
+        }
+    }
+    for (name, start) in &table.start.0 {
+        for index in selected(name, "start", list)? {
+            list[index].start = *start;
+        }
+    }
+    Ok(())
+}
+
+fn instruments(
+    document: &Document,
+    table: &CaseTable,
+    geometry: &Geometry,
+    target: Option<&Section<f64>>,
+) -> Result<Instruments, CaseError> {
+    let norm = match &table.shape_error.norm {
+        None => ShapeNorm::default(),
+        Some(name) => ShapeNorm::NAMES.iter().find(|(n, _)| n == name).map(|(_, norm)| *norm).ok_or_else(|| {
+            let known: Vec<&str> = ShapeNorm::NAMES.iter().map(|(n, _)| *n).collect();
+            document.error(&["shape_error", "norm"], format!("unknown norm {name:?}; known: {}", known.join(", ")))
+        })?,
+    };
+    let shape_error = match target {
+        None => None,
+        Some(target) => Some(
+            ShapeError::new(norm, target.curve(), geometry.section().curve().knots())
+                .map_err(|e| document.error(&["target"], e.to_string()))?,
+        ),
+    };
+    let defaults = FoldPenalty::default();
+    let settings = FoldPenalty {
+        sharpness: table.fold_penalty.alpha.unwrap_or(defaults.sharpness),
+        epsilon: table.fold_penalty.epsilon.unwrap_or(defaults.epsilon),
+        normalised: table.fold_penalty.normalised.unwrap_or(defaults.normalised),
+    };
+    let penalty = match geometry.lattice() {
+        None => None,
+        Some(lattice) => Some(settings.on(lattice).map_err(|error| {
+            let key = if let FfdError::Setting { name, .. } = error { name } else { "alpha" };
+            document.error(&["fold_penalty", key], error.to_string())
+        })?),
+    };
+    Ok(Instruments { shape_error, penalty })
+}
+
+fn quantity(document: &Document, name: &str, path: &[&str]) -> Result<Quantity, CaseError> {
+    Quantity::parse(name).map_err(|error| document.error(path, error.to_string()))
+}
+
+fn objective(document: &Document, table: &CaseTable) -> Result<Vec<(Quantity, f64)>, CaseError> {
+    let mut terms = Vec::new();
+    for (name, weight) in &table.objective.minimize.0 {
+        let path = ["objective", "minimize", name];
+        if !weight.is_finite() {
+            return Err(document.error(&path, format!("weight {weight} is not finite")));
+        }
+        let quantity = quantity(document, name, &path)?;
+        if quantity == Quantity::ShapeError && table.target.is_none() {
+            return Err(document.error(&path, DesignError::NoTarget.to_string()));
+        }
+        terms.push((quantity, *weight));
+    }
+    if terms.iter().all(|(_, weight)| *weight == 0.0) {
+        return Err(document.error(&["objective", "minimize"], "nothing to minimise: name a quantity and its weight"));
+    }
+    Ok(terms)
+}
+
+/// Constraints may be relative to the start.
+struct Initial<'a> {
+    document: &'a Document,
+    geometry: &'a Geometry,
+    instruments: &'a Instruments,
+}
+
+impl Initial<'_> {
+    fn constraint(&self, name: &str, table: &ConstraintTable) -> Result<Constraint, CaseError> {
+        let path = ["constraints", name];
+        let quantity = quantity(self.document, name, &path)?;
+        let limit = |key: &str, limit: &Option<Limit>, missing: f64| -> Result<f64, CaseError> {
+            let value = match limit {
+                None => return Ok(missing),
+                Some(Limit::Absolute(value)) => *value,
+                Some(Limit::TimesInitial(factor)) => factor * self.value(&quantity, &path)?,
+            };
+            if value.is_finite() {
+                Ok(value)
+            } else {
+                Err(self.document.error(&[path[0], name, key], format!("{value} is not finite")))
+            }
+        };
+        let bounds = match (&table.equal, &table.min, &table.max) {
+            (Some(_), None, None) => {
+                let value = limit("equal", &table.equal, 0.0)?;
+                Bounds { lower: value, upper: value }
+            }
+            (None, None, None) => return Err(self.document.error(&path, "give `min`, `max` or `equal`")),
+            (None, min, max) => Bounds {
+                lower: limit("min", min, f64::NEG_INFINITY)?,
+                upper: limit("max", max, f64::INFINITY)?,
+            },
+            _ => return Err(self.document.error(&path, "`equal` goes with neither `min` nor `max`")),
+        };
+        if bounds.lower > bounds.upper {
+            return Err(self.document.error(&path, format!("min {} is above max {}", bounds.lower, bounds.upper)));
+        }
+        Ok(Constraint { quantity, bounds })
+    }
+
+    fn value(&self, quantity: &Quantity, path: &[&str]) -> Result<f64, CaseError> {
+        let start: Vec<f64> = self.geometry.variables().iter().map(|v| v.start).collect();
+        let value = self.geometry.shape(&start).and_then(|shape| self.instruments.value(quantity, &shape));
+        value.map_err(|error| self.document.error(path, error.to_string()))
+    }
+}
+
+fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings, CaseError> {
+    let settings = &table.optimizer;
+    let method = settings.method.clone().unwrap_or_else(|| "lbfgs".into());
+    if !["lbfgs", "newton"].contains(&method.as_str()) {
+        let message = format!("unknown method {method:?}; known: lbfgs, newton");
+        return Err(document.error(&["optimizer", "method"], message));
+    }
+    if let Some(tolerance) = settings.tolerance
+        && !(tolerance.is_finite() && tolerance > 0.0)
+    {
+        return Err(document.error(&["optimizer", "tolerance"], format!("{tolerance} must be positive")));
+    }
+    for (key, value) in [
+        ("max_evaluations", settings.max_evaluations),
+        ("max_iterations", settings.max_iterations),
+        ("memory", settings.memory),
+    ] {
+        if value == Some(0) {
+            return Err(document.error(&["optimizer", key], "must be at least 1"));
+        }
+    }
+    Ok(OptimizerSettings {
+        method,
+        max_evaluations: settings.max_evaluations,
+        max_iterations: settings.max_iterations,
+        tolerance: settings.tolerance,
+        memory: settings.memory,
+    })
+}

@@ -1,0 +1,33 @@
+//! The built-in cases, embedded in the library.
+
+/// A case that comes with the command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuiltinCase {
+    /// Name, as `aeroform run` takes it.
+    pub name: &'static str,
+    /// Its TOML text.
+    pub text: &'static str,
+}
+
+macro_rules! builtin {
+    ($($name:literal),* $(,)?) => {
+        &[$(BuiltinCase { name: $name, text: include_str!(concat!("../../../validation/cases/", $name, ".toml")) }),*]
+    };
+}
+
+/// All built-in cases.
+pub fn builtin_cases() -> &'static [BuiltinCase] {
+    builtin![
+        "l2-match",
+        "l2-match-newton",
+        "l2-5x5-quadratic",
+        "l2-5x5-cubic",
+        "l2-6x6-cubic",
+        "l2-6x6-greville",
+        "l2-8x8-quartic",
+        "l2-direct",
+        "l2-mixed",
+        "mirrored",
+        "skewed-pinned",
+    ]
+}

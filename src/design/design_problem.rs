@@ -1,0 +1,479 @@
+//! [`DesignProblem`]: geometry, quantities, objective and constraints joined into what an optimiser sees.
+
+use super::geometry::{Geometry, LinearisedShape, Shape};
+use super::quantity::{Instruments, Quantity, finite};
+use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem};
+use crate::differentiate::{self, Function};
+use crate::ffd::FoldReport;
+use crate::scalar::Scalar;
+use crate::section::Section;
+use nalgebra::DMatrix;
+
+/// A constraint: a quantity within bounds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constraint {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Where it must lie.
+    pub bounds: Bounds,
+}
+
+/// A design problem over a geometry.
+///
+/// Built from a case file by [`Case`](super::Case). As a [`Problem`] it works in scaled variables; the methods here take
+/// variables in their own units.
+#[derive(Debug, Clone)]
+pub struct DesignProblem {
+    geometry: Geometry,
+    target: Option<Section<f64>>,
+    instruments: Instruments,
+    /// Every quantity once: those of the objective, of the constraints, and further ones to report.
+    quantities: Vec<Quantity>,
+    /// Weight of each quantity in the objective.
+    weights: Vec<f64>,
+    /// Position of each constraint's quantity.
+    constraints: Vec<usize>,
+    constraint_bounds: Vec<Bounds>,
+    constraint_names: Vec<String>,
+    value_names: Vec<String>,
+    variable_names: Vec<String>,
+    variable_bounds: Vec<Bounds>,
+    start: Vec<f64>,
+    /// Tangents of a linear geometry, which do not change.
+    tangents: Option<LinearisedShape>,
+    /// Hessian of the shape error of a linear geometry, in the variables' own units.
+    error_hessian: Option<DMatrix<f64>>,
+    work: Workspace,
+}
+
+/// Buffers of one evaluation.
+#[derive(Debug, Clone, Default)]
+struct Workspace {
+    values: Vec<f64>,
+    net: Vec<[f64; 2]>,
+    points: Vec<[f64; 2]>,
+    net_slope: Vec<[f64; 2]>,
+    point_slope: Vec<[f64; 2]>,
+}
+
+impl DesignProblem {
+    pub(super) fn new(
+        geometry: Geometry,
+        target: Option<Section<f64>>,
+        instruments: Instruments,
+        objective: &[(Quantity, f64)],
+        constraints: &[Constraint],
+        report: &[Quantity],
+    ) -> Result<Self, DesignError> {
+        let mut quantities: Vec<Quantity> = Vec::new();
+        let listed = objective.iter().map(|(q, _)| q).chain(constraints.iter().map(|c| &c.quantity)).chain(report);
+        for quantity in listed {
+            if !quantities.contains(quantity) {
+                quantities.push(quantity.clone());
+            }
+        }
+        let position = |q: &Quantity| quantities.iter().position(|other| other == q).unwrap_or(0);
+        let mut weights = vec![0.0; quantities.len()];
+        objective.iter().for_each(|(q, weight)| weights[position(q)] += weight);
+        let variables = geometry.variables();
+        if variables.is_empty() {
+            return Err(DesignError::NothingFree);
+        }
+        let scaled = |b: Bounds, scale: f64| Bounds { lower: b.lower / scale, upper: b.upper / scale };
+        let mut problem = Self {
+            constraints: constraints.iter().map(|c| position(&c.quantity)).collect(),
+            constraint_bounds: constraints.iter().map(|c| c.bounds).collect(),
+            constraint_names: constraints.iter().map(|c| c.quantity.name()).collect(),
+            value_names: quantities.iter().map(Quantity::name).collect(),
+            variable_names: variables.iter().map(|v| v.name.clone()).collect(),
+            variable_bounds: variables.iter().map(|v| scaled(v.bounds, v.scale)).collect(),
+            start: variables.iter().map(|v| v.start / v.scale).collect(),
+            tangents: None,
+            error_hessian: None,
+            work: Workspace::default(),
+            weights,
+            quantities,
+            target,
+            instruments,
+            geometry,
+        };
+        if problem.geometry.is_linear() {
+            problem.tangents = Some(problem.geometry.linearise(&problem.start_values())?);
+        }
+        Ok(problem)
+    }
+
+    /// Section, box and variables.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The target, where there is one.
+    pub fn target(&self) -> Option<&Section<f64>> {
+        self.target.as_ref()
+    }
+
+    /// Every quantity of objective, constraints and report, once.
+    pub fn quantities(&self) -> &[Quantity] {
+        &self.quantities
+    }
+
+    /// Weight of each quantity in the objective; zero for those not in it.
+    pub fn objective_weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Start of the variables in their own units.
+    pub fn start_values(&self) -> Vec<f64> {
+        self.geometry.variables().iter().map(|v| v.start).collect()
+    }
+
+    /// A natural size of change of each variable, in its own unit.
+    pub fn steps(&self) -> Vec<f64> {
+        self.geometry.variables().iter().map(|v| v.step).collect()
+    }
+
+    /// Variables in their own units from scaled ones.
+    pub fn unscaled(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(self.geometry.variables()).map(|(x, v)| x * v.scale).collect()
+    }
+
+    /// Scaled variables from those in their own units.
+    pub fn scaled(&self, values: &[f64]) -> Vec<f64> {
+        values.iter().zip(self.geometry.variables()).map(|(value, v)| value / v.scale).collect()
+    }
+
+    /// The shape at given variables.
+    ///
+    /// # Errors
+    /// A section that cannot be built or that leaves the box.
+    pub fn shape(&self, values: &[f64]) -> Result<Shape, DesignError> {
+        self.geometry.shape(values)
+    }
+
+    /// Indicator and fold of the box of a shape; `None` without a box.
+    pub fn fold_report(&self, shape: &Shape) -> Option<FoldReport> {
+        self.instruments.penalty.as_ref().map(|p| p.report(&shape.net))
+    }
+
+    /// All quantities over any scalar, through the whole pipeline.
+    ///
+    /// This is the plain route: whatever the structured gradients of [`gradients`](Self::gradients) shortcut,
+    /// duals carried through this function must reproduce.
+    ///
+    /// # Errors
+    /// A shape or quantity that has no value.
+    pub fn quantities_at<S: Scalar>(&self, values: &[S]) -> Result<Vec<S>, DesignError> {
+        let shape = self.geometry.shape(values)?;
+        self.quantities.iter().map(|q| self.instruments.value(q, &shape)).collect()
+    }
+
+    /// Value and gradient of each quantity, in the variables' own units.
+    ///
+    /// # Errors
+    /// A shape or quantity that has no value.
+    pub fn gradients(&mut self, values: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, DesignError> {
+        self.work.values.clear();
+        self.work.values.extend_from_slice(values);
+        let linearised = self.prepare()?;
+        (0..self.quantities.len()).map(|q| self.quantity_gradient(q, linearised.as_ref())).collect()
+    }
+
+    /// The objective alone, in scaled variables: what a line search without gradients would pay.
+    ///
+    /// # Errors
+    /// A shape or quantity that has no value.
+    pub fn objective(&mut self, x: &[f64]) -> Result<f64, DesignError> {
+        self.set_scaled(x);
+        if !self.geometry.is_linear() || self.objective_measures() {
+            let values = std::mem::take(&mut self.work.values);
+            let result = self.quantities_at(&values);
+            self.work.values = values;
+            return Ok(result?.iter().zip(&self.weights).map(|(v, w)| v * w).sum());
+        }
+        self.deform_in_place();
+        let mut sum = 0.0;
+        for (quantity, weight) in self.quantities.iter().zip(&self.weights).filter(|(_, w)| **w != 0.0) {
+            let value = match quantity {
+                Quantity::ShapeError => self.instruments.error()?.value(&self.work.points),
+                _ => self.instruments.penalty.as_ref().map_or(0.0, |p| p.value(&self.work.net)),
+            };
+            finite(quantity, value)?;
+            sum += weight * value;
+        }
+        Ok(sum)
+    }
+
+    fn objective_measures(&self) -> bool {
+        self.quantities.iter().zip(&self.weights).any(|(q, w)| *w != 0.0 && matches!(q, Quantity::Measure(_)))
+    }
+
+    fn set_scaled(&mut self, x: &[f64]) {
+        self.work.values.clear();
+        self.work.values.extend(x.iter().zip(self.geometry.variables()).map(|(x, v)| x * v.scale));
+    }
+
+    fn deform_in_place(&mut self) {
+        let work = &mut self.work;
+        self.geometry.deform(self.geometry.initial_frame(), &work.values, &mut work.net, &mut work.points);
+    }
+
+    /// Deforms the workspace to its variables. A linear geometry has constant tangents and returns `None`.
+    fn prepare(&mut self) -> Result<Option<LinearisedShape>, DesignError> {
+        if self.geometry.is_linear() {
+            self.deform_in_place();
+            return Ok(None);
+        }
+        let linearised = self.geometry.linearise(&self.work.values)?;
+        self.work.net.clone_from(&linearised.shape.net);
+        self.work.points.clear();
+        self.work.points.extend_from_slice(linearised.shape.section.curve().control_points());
+        Ok(Some(linearised))
+    }
+
+    fn clear_slopes(&mut self) {
+        for (slope, len) in [
+            (&mut self.work.net_slope, self.work.net.len()),
+            (&mut self.work.point_slope, self.work.points.len()),
+        ] {
+            slope.clear();
+            slope.resize(len, [0.0; 2]);
+        }
+    }
+
+    /// Adds a quantity's slopes times `factor` to the workspace; `None` for a measure, which works on tangents.
+    fn add_slopes(&mut self, quantity: usize, factor: f64) -> Result<Option<f64>, DesignError> {
+        let work = &mut self.work;
+        let value = match &self.quantities[quantity] {
+            Quantity::ShapeError => {
+                self.instruments.error()?.value_and_gradient(&work.points, factor, &mut work.point_slope)
+            }
+            Quantity::FoldPenalty => (self.instruments.penalty.as_ref())
+                .map_or(0.0, |p| p.value_and_gradient(&work.net, factor, &mut work.net_slope)),
+            Quantity::Measure(_) => return Ok(None),
+        };
+        finite(&self.quantities[quantity], value)?;
+        Ok(Some(value))
+    }
+
+    /// Carries the slopes in the workspace back to the variables: transposed maps where they are constant, tangents
+    /// where section parameters are variables.
+    fn pull_back(&mut self, linearised: Option<&LinearisedShape>) -> Vec<f64> {
+        let work = &mut self.work;
+        let n = work.values.len();
+        let mut gradient = vec![0.0; n];
+        match linearised {
+            None => {
+                let frame = self.geometry.initial_frame();
+                frame.weights.add_transposed_to(&work.point_slope, &mut work.net_slope);
+                for (row, slope) in work.net_slope.iter().flatten().enumerate() {
+                    for (variable, weight) in frame.motion.row(row) {
+                        gradient[variable] += slope * weight;
+                    }
+                }
+            }
+            Some(shape) => {
+                let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
+                    a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
+                };
+                for (k, entry) in gradient.iter_mut().enumerate() {
+                    *entry = dot(&work.point_slope, &shape.section_tangents[k])
+                        + dot(&work.net_slope, &shape.net_tangents[k]);
+                }
+            }
+        }
+        gradient
+    }
+
+    /// A measure by chunks of tangents.
+    fn measure_gradient(
+        &self,
+        quantity: usize,
+        linearised: Option<&LinearisedShape>,
+    ) -> Result<(f64, Vec<f64>), DesignError> {
+        let Quantity::Measure(measure) = &self.quantities[quantity] else { return Ok((0.0, Vec::new())) };
+        let section = self.geometry.section().with_control_points(self.work.points.clone())?;
+        let tangents = linearised.or(self.tangents.as_ref()).map_or(&[][..], |t| &t.section_tangents);
+        self.instruments.measure_gradient(measure, &section, tangents)
+    }
+
+    fn quantity_gradient(
+        &mut self,
+        quantity: usize,
+        linearised: Option<&LinearisedShape>,
+    ) -> Result<(f64, Vec<f64>), DesignError> {
+        self.clear_slopes();
+        match self.add_slopes(quantity, 1.0)? {
+            Some(value) => Ok((value, self.pull_back(linearised))),
+            None => self.measure_gradient(quantity, linearised),
+        }
+    }
+
+    fn try_evaluate(&mut self, x: &[f64]) -> Result<Evaluation, DesignError> {
+        self.set_scaled(x);
+        let linearised = self.prepare()?;
+        let linearised = linearised.as_ref();
+        let mut values = vec![0.0; self.quantities.len()];
+        // objective: all slopes are carried back together
+        self.clear_slopes();
+        let mut measures = Vec::new();
+        for q in 0..self.quantities.len() {
+            let weight = self.weights[q];
+            if weight != 0.0 {
+                match self.add_slopes(q, weight)? {
+                    Some(value) => values[q] = value,
+                    None => measures.push(q),
+                }
+            }
+        }
+        let mut gradient = self.pull_back(linearised);
+        for q in measures {
+            let (value, slope) = self.measure_gradient(q, linearised)?;
+            values[q] = value;
+            gradient.iter_mut().zip(slope).for_each(|(g, s)| *g += self.weights[q] * s);
+        }
+        let mut jacobian = Vec::with_capacity(self.constraints.len());
+        for index in 0..self.constraints.len() {
+            let q = self.constraints[index];
+            let (value, slope) = self.quantity_gradient(q, linearised)?;
+            values[q] = value;
+            jacobian.push(slope);
+        }
+        self.fill_reported(&mut values)?;
+        for row in jacobian.iter_mut().chain(std::iter::once(&mut gradient)) {
+            row.iter_mut().zip(self.geometry.variables()).for_each(|(g, v)| *g *= v.scale);
+        }
+        Ok(Evaluation {
+            objective: values.iter().zip(&self.weights).map(|(v, w)| v * w).sum(),
+            gradient,
+            constraints: self.constraints.iter().map(|&q| values[q]).collect(),
+            jacobian,
+            values,
+        })
+    }
+
+    /// Quantities that are only reported.
+    fn fill_reported(&self, values: &mut [f64]) -> Result<(), DesignError> {
+        let used = |q: usize| self.weights[q] != 0.0 || self.constraints.contains(&q);
+        if (0..self.quantities.len()).all(used) {
+            return Ok(());
+        }
+        let section = self.geometry.section().with_control_points(self.work.points.clone())?;
+        let shape = Shape { section, net: self.work.net.clone() };
+        for q in (0..self.quantities.len()).filter(|&q| !used(q)) {
+            values[q] = self.instruments.value(&self.quantities[q], &shape)?;
+        }
+        Ok(())
+    }
+
+    fn try_hessian(&mut self, x: &[f64]) -> Result<DMatrix<f64>, DesignError> {
+        self.set_scaled(x);
+        let n = x.len();
+        let mut total = DMatrix::zeros(n, n);
+        let mut rest = Vec::new();
+        let linear = self.geometry.is_linear();
+        if linear {
+            self.deform_in_place();
+        }
+        for (q, &weight) in self.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+            match (&self.quantities[q], &self.instruments.penalty) {
+                (Quantity::ShapeError, _) if linear => {
+                    if self.error_hessian.is_none() {
+                        let tangents = self.tangents.as_ref().map_or(&[][..], |t| &t.section_tangents);
+                        self.error_hessian = self.instruments.error()?.hessian(tangents);
+                    }
+                    match &self.error_hessian {
+                        Some(constant) => total += constant * weight,
+                        None => rest.push(q),
+                    }
+                }
+                (Quantity::FoldPenalty, Some(penalty)) if linear => {
+                    let mut of_net = DMatrix::zeros(2 * self.work.net.len(), 2 * self.work.net.len());
+                    penalty.add_hessian(&self.work.net, &mut of_net);
+                    self.project(&of_net, weight, &mut total);
+                }
+                (Quantity::FoldPenalty, None) => {}
+                _ => rest.push(q),
+            }
+        }
+        if !rest.is_empty() {
+            let part = Partial { problem: self, quantities: &rest };
+            let (_, _, hessian) = differentiate::hessian(&part, &self.work.values)?;
+            total += hessian;
+        }
+        for (i, a) in self.geometry.variables().iter().enumerate() {
+            for (j, b) in self.geometry.variables().iter().enumerate() {
+                total[(i, j)] *= a.scale * b.scale;
+            }
+        }
+        Ok(total)
+    }
+
+    /// `total += weight · motionᵀ hessian motion`, all of them sparse.
+    fn project(&self, of_net: &DMatrix<f64>, weight: f64, total: &mut DMatrix<f64>) {
+        let motion = &self.geometry.initial_frame().motion;
+        for row in 0..motion.outputs() {
+            for column in 0..motion.outputs() {
+                let second = weight * of_net[(row, column)];
+                if second != 0.0 {
+                    for (i, a) in motion.row(row) {
+                        for (j, b) in motion.row(column) {
+                            total[(i, j)] += second * a * b;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Part of the objective, for second derivatives through the whole pipeline.
+struct Partial<'a> {
+    problem: &'a DesignProblem,
+    quantities: &'a [usize],
+}
+
+impl Function for Partial<'_> {
+    type Error = DesignError;
+    fn evaluate<S: Scalar>(&self, values: &[S]) -> Result<S, DesignError> {
+        let shape = self.problem.geometry.shape(values)?;
+        let mut sum = S::from(0.0);
+        for &q in self.quantities {
+            sum += self.problem.instruments.value(&self.problem.quantities[q], &shape)? * self.problem.weights[q];
+        }
+        Ok(sum)
+    }
+}
+
+impl From<DesignError> for AnalysisFailure {
+    fn from(error: DesignError) -> Self {
+        Self { reason: error.to_string() }
+    }
+}
+
+impl Problem for DesignProblem {
+    fn variable_names(&self) -> &[String] {
+        &self.variable_names
+    }
+    fn start(&self) -> &[f64] {
+        &self.start
+    }
+    fn variable_bounds(&self) -> &[Bounds] {
+        &self.variable_bounds
+    }
+    fn constraint_names(&self) -> &[String] {
+        &self.constraint_names
+    }
+    fn constraint_bounds(&self) -> &[Bounds] {
+        &self.constraint_bounds
+    }
+    fn value_names(&self) -> &[String] {
+        &self.value_names
+    }
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+        Ok(self.try_evaluate(x)?)
+    }
+    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        Some(self.try_hessian(x).map_err(AnalysisFailure::from))
+    }
+}

@@ -1,0 +1,111 @@
+//! The quantities that objectives and constraints are made of.
+
+use super::{DesignError, ShapeError};
+use crate::differentiate::Direction;
+use crate::ffd::BoxPenalty;
+use crate::scalar::Scalar;
+use crate::section::{Measure, Section};
+
+use super::geometry::Shape;
+
+/// One quantity of a shape, with a name a case file can use.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Quantity {
+    /// Distance to the target.
+    ShapeError,
+    /// Fold penalty of the box (paper, equations 1 to 4).
+    FoldPenalty,
+    /// A measure of the section.
+    Measure(Measure),
+}
+
+impl Quantity {
+    /// The quantity of a name: `shape_error`, `fold_penalty`, or a measure of the section.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn parse(name: &str) -> Result<Self, DesignError> {
+        match name {
+            "shape_error" => Ok(Self::ShapeError),
+            "fold_penalty" => Ok(Self::FoldPenalty),
+            _ => Ok(Self::Measure(Measure::parse(name)?)),
+        }
+    }
+
+    /// The name, as [`parse`](Self::parse) takes it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::ShapeError => "shape_error".into(),
+            Self::FoldPenalty => "fold_penalty".into(),
+            Self::Measure(measure) => measure.name(),
+        }
+    }
+}
+
+/// What the quantities of one problem need beside the shape.
+#[derive(Debug, Clone)]
+pub(super) struct Instruments {
+    pub shape_error: Option<ShapeError>,
+    pub penalty: Option<BoxPenalty<2>>,
+}
+
+impl Instruments {
+    /// A quantity of a shape over any scalar.
+    pub fn value<S: Scalar>(&self, quantity: &Quantity, shape: &Shape<S>) -> Result<S, DesignError> {
+        let value = match quantity {
+            Quantity::ShapeError => self.error()?.value(shape.section.curve().control_points()),
+            // without a box nothing folds
+            Quantity::FoldPenalty => self.penalty.as_ref().map_or(S::from(0.0), |p| p.value(&shape.net)),
+            Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
+        };
+        finite(quantity, value.re())?;
+        Ok(value)
+    }
+
+    pub fn error(&self) -> Result<&ShapeError, DesignError> {
+        self.shape_error.as_ref().ok_or(DesignError::NoTarget)
+    }
+
+    /// A measure with its gradient in the variables, by chunks of the tangents of the shape.
+    pub fn measure_gradient(
+        &self,
+        measure: &Measure,
+        section: &Section<f64>,
+        tangents: &[Vec<[f64; 2]>],
+    ) -> Result<(f64, Vec<f64>), DesignError> {
+        let n = tangents.len();
+        let mut value = 0.0;
+        let mut gradient = vec![0.0; n];
+        for first in (0..n).step_by(crate::differentiate::CHUNK) {
+            let chunk = first..(first + crate::differentiate::CHUNK).min(n);
+            let seeded = seed(section, &tangents[chunk.clone()])?;
+            let result = measure.evaluate(&seeded)?;
+            value = result.re;
+            if let Some(eps) = result.eps.0 {
+                chunk.for_each(|k| gradient[k] = eps[k - first]);
+            }
+        }
+        let quantity = Quantity::Measure(measure.clone());
+        finite(&quantity, value)?;
+        gradient.iter().try_for_each(|g| finite(&quantity, *g))?;
+        Ok((value, gradient))
+    }
+}
+
+pub(super) fn finite(quantity: &Quantity, value: f64) -> Result<(), DesignError> {
+    if value.is_finite() { Ok(()) } else { Err(DesignError::NotFinite { name: quantity.name() }) }
+}
+
+/// The section with its control points carrying one chunk of directions.
+fn seed(section: &Section<f64>, tangents: &[Vec<[f64; 2]>]) -> Result<Section<Direction>, DesignError> {
+    let points = section.curve().control_points().iter().enumerate().map(|(i, point)| {
+        std::array::from_fn(|d| {
+            let mut eps = nalgebra::SVector::zeros();
+            for (slot, tangent) in tangents.iter().enumerate() {
+                eps[slot] = tangent[i][d];
+            }
+            Direction::new(point[d], num_dual::Derivative::some(eps))
+        })
+    });
+    Ok(section.with_control_points(points.collect())?)
+}

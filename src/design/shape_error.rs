@@ -1,0 +1,211 @@
+//! Distance between a section and a target, at equal parameters.
+
+use super::DesignError;
+use crate::scalar::Scalar;
+use crate::spline::{BSplineCurve, GaussRule, KnotVector};
+use nalgebra::DMatrix;
+use num_dual::{Dual2SVec64, DualSVec64};
+
+/// How a shape is compared with its target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ShapeNorm {
+    /// ∮ |C(u) − T(u)|² ds, s the arc length of the target; in chord³.
+    #[default]
+    ArcLength,
+    /// ∫ |C(u) − T(u)|² du; in chord².
+    Parameter,
+    /// Σ |cᵢ − tᵢ|² over the control points (equal knots only); in chord².
+    ControlPoints,
+    /// sqrt(∮ |C(u) − T(u)|² ds / perimeter of the target); in chords. Its slope is undefined at a perfect match.
+    RootMeanSquare,
+}
+
+impl ShapeNorm {
+    /// All norms with their names.
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("arc length", Self::ArcLength),
+        ("parameter", Self::Parameter),
+        ("control points", Self::ControlPoints),
+        ("root mean square", Self::RootMeanSquare),
+    ];
+}
+
+/// The shape error against one target, prepared for curves on one knot vector.
+///
+/// All norms are a sum of weighted squared distances between sampled points of the curve, which are linear in its
+/// control points, and constant points of the target. Samples are Gauss points of every span of the merged knots, so
+/// that each span is a polynomial piece of both curves.
+///
+/// ```
+/// use aeroform::design::{ShapeError, ShapeNorm};
+/// use aeroform::spline::{BSplineCurve, KnotVector};
+/// let knots = KnotVector::clamped_uniform(1, 2).unwrap();
+/// let target = BSplineCurve::new(knots, vec![[0.0, 0.0], [2.0, 0.0]]).unwrap();
+/// let error = ShapeError::new(ShapeNorm::ArcLength, &target, target.knots()).unwrap();
+/// // a unit shift of a segment of length two
+/// assert!((error.value(&[[0.0, 1.0], [2.0, 1.0]]) - 2.0).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone)]
+pub struct ShapeError {
+    norm: ShapeNorm,
+    /// Control points a sample depends on: `order` of them from `first`.
+    order: usize,
+    samples: Vec<Sample>,
+    /// `order` weights a sample.
+    basis: Vec<f64>,
+    /// What the sum is divided by before the root (root mean square only).
+    length: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    first: usize,
+    target: [f64; 2],
+    weight: f64,
+}
+
+/// The kernel that everything here differentiates.
+fn weighted_square<S: Scalar>(distance: [S; 2], weight: f64) -> S {
+    (distance[0] * distance[0] + distance[1] * distance[1]) * weight
+}
+
+impl ShapeError {
+    /// Prepares the comparison of curves on `knots` with `target`.
+    ///
+    /// # Errors
+    /// Different domains, or different knots where control points are compared.
+    pub fn new(norm: ShapeNorm, target: &BSplineCurve<f64>, knots: &KnotVector) -> Result<Self, DesignError> {
+        if target.domain() != knots.domain() {
+            return Err(DesignError::TargetDomain { target: target.domain(), section: knots.domain() });
+        }
+        let mut result = Self { norm, order: knots.degree() + 1, samples: Vec::new(), basis: Vec::new(), length: 1.0 };
+        if norm == ShapeNorm::ControlPoints {
+            if target.knots().as_ref() != knots {
+                return Err(DesignError::TargetKnots);
+            }
+            result.order = 1;
+            for (first, &point) in target.control_points().iter().enumerate() {
+                result.samples.push(Sample { first, target: point, weight: 1.0 });
+                result.basis.push(1.0);
+            }
+        } else {
+            result.sample_spans(target, knots);
+        }
+        if norm == ShapeNorm::RootMeanSquare {
+            result.length = result.samples.iter().map(|s| s.weight).sum();
+        }
+        Ok(result)
+    }
+
+    fn sample_spans(&mut self, target: &BSplineCurve<f64>, knots: &KnotVector) {
+        let mut breaks: Vec<f64> = knots.as_slice().iter().chain(target.knots().as_slice()).copied().collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        // exact for the squared distance; two more for the arc length element
+        let rule = GaussRule::new(knots.degree().max(target.degree()) + 3);
+        for ends in breaks.windows(2) {
+            for (u, weight) in rule.on(ends[0], ends[1]) {
+                let span = knots.span(u);
+                let (point, tangent) = target.point_and_tangent(u);
+                let by_length = tangent[0].hypot(tangent[1]);
+                let factor = if self.norm == ShapeNorm::Parameter { 1.0 } else { by_length };
+                self.samples.push(Sample { first: span - knots.degree(), target: point, weight: weight * factor });
+                self.basis.extend(knots.basis(span, u));
+            }
+        }
+    }
+
+    /// Which norm this is.
+    pub fn norm(&self) -> ShapeNorm {
+        self.norm
+    }
+
+    fn distance<S: Scalar>(&self, index: usize, control_points: &[[S; 2]]) -> [S; 2] {
+        let sample = &self.samples[index];
+        let mut distance = sample.target.map(|t| S::from(-t));
+        let basis = &self.basis[index * self.order..(index + 1) * self.order];
+        for (weight, point) in basis.iter().zip(&control_points[sample.first..]) {
+            distance[0] += point[0] * *weight;
+            distance[1] += point[1] * *weight;
+        }
+        distance
+    }
+
+    fn finish<S: Scalar>(&self, sum: S) -> S {
+        match self.norm {
+            ShapeNorm::RootMeanSquare => (sum / self.length).sqrt(),
+            _ => sum,
+        }
+    }
+
+    /// The error of a curve with the given control points, as many as the knots ask for.
+    pub fn value<S: Scalar>(&self, control_points: &[[S; 2]]) -> S {
+        let mut sum = S::from(0.0);
+        for (index, sample) in self.samples.iter().enumerate() {
+            sum += weighted_square(self.distance(index, control_points), sample.weight);
+        }
+        self.finish(sum)
+    }
+
+    /// Value; adds `factor` times its derivative with respect to the control points to `gradient`.
+    ///
+    /// The kernel is differentiated in its two components, and carried back through the linear sampling.
+    pub fn value_and_gradient(&self, control_points: &[[f64; 2]], factor: f64, gradient: &mut [[f64; 2]]) -> f64 {
+        let mut sum = 0.0;
+        let outer = match self.norm {
+            ShapeNorm::RootMeanSquare => {
+                let total: f64 = (0..self.samples.len())
+                    .map(|i| weighted_square(self.distance(i, control_points), self.samples[i].weight))
+                    .sum();
+                num_dual::first_derivative(|s: num_dual::Dual64| self.finish(s), total).1
+            }
+            _ => 1.0,
+        };
+        for (index, sample) in self.samples.iter().enumerate() {
+            let [x, y] = self.distance(index, control_points);
+            let seeded = [DualSVec64::<2>::from_re(x).derivative(0), DualSVec64::<2>::from_re(y).derivative(1)];
+            let square = weighted_square(seeded, sample.weight);
+            sum += square.re;
+            let Some(slope) = square.eps.0 else { continue };
+            let slope = [slope[0] * factor * outer, slope[1] * factor * outer];
+            let basis = &self.basis[index * self.order..(index + 1) * self.order];
+            for (weight, point) in basis.iter().zip(&mut gradient[sample.first..]) {
+                point[0] += slope[0] * weight;
+                point[1] += slope[1] * weight;
+            }
+        }
+        self.finish(sum)
+    }
+
+    /// Hessian in design variables through which the control points move linearly, or `None` for the root mean square,
+    /// which is not quadratic.
+    ///
+    /// `tangents[k]` holds the derivative of every control point with respect to variable k. The Hessian is constant.
+    pub fn hessian(&self, tangents: &[Vec<[f64; 2]>]) -> Option<DMatrix<f64>> {
+        if self.norm == ShapeNorm::RootMeanSquare {
+            return None;
+        }
+        let n = tangents.len();
+        // second derivatives of the kernel per unit weight; they do not depend on the distance
+        let origin: [Dual2SVec64<2>; 2] = std::array::from_fn(|d| Dual2SVec64::from_re(0.0).derivative(d));
+        let kernel = weighted_square(origin, 1.0).v2.0?;
+        let mut rows = DMatrix::zeros(2 * self.samples.len(), n);
+        let mut weighted = rows.clone();
+        for (index, sample) in self.samples.iter().enumerate() {
+            let basis = &self.basis[index * self.order..(index + 1) * self.order];
+            for (k, tangent) in tangents.iter().enumerate() {
+                let mut moved = [0.0; 2];
+                for (weight, point) in basis.iter().zip(&tangent[sample.first..]) {
+                    moved[0] += point[0] * weight;
+                    moved[1] += point[1] * weight;
+                }
+                for d in 0..2 {
+                    rows[(2 * index + d, k)] = moved[d];
+                    weighted[(2 * index + d, k)] =
+                        sample.weight * (kernel[(d, 0)] * moved[0] + kernel[(d, 1)] * moved[1]);
+                }
+            }
+        }
+        Some(rows.tr_mul(&weighted))
+    }
+}
