@@ -74,6 +74,9 @@ pub enum SplineError {
         /// What was given.
         found: usize,
     },
+    /// The operation needs knots with both ends repeated `degree + 1` times.
+    #[error("the knot vector is not clamped: both end knots must stand degree + 1 times")]
+    NotClamped,
     /// End tangents go with a clamped interpolation, and with no other.
     #[error("end tangents {}", if *.wanted { "are missing: use curve_with_tangents" } else { "are for Interpolation::clamped only" })]
     EndTangents {

@@ -10,6 +10,7 @@ mod curve;
 mod error;
 mod fitting;
 mod knots;
+mod least_squares;
 mod tensor;
 
 pub use curve::BSplineCurve;
@@ -18,5 +19,6 @@ pub use fitting::{
     EndCondition, Interpolation, averaged_knots, centripetal_parameters, chord_length_parameters, interpolate,
 };
 pub use knots::{BasisValues, KnotVector};
+pub use least_squares::{LeastSquares, fit, fit_to_tolerance};
 pub(crate) use tensor::for_each_index;
 pub use tensor::{BSplineSurface, BSplineVolume, TensorSpline, for_each_weight};
