@@ -69,6 +69,16 @@ pub enum SectionError {
         /// The smallest number.
         least: usize,
     },
+    /// A number of control points that coordinates cannot be fitted with.
+    #[error("{found} control points, between {least} and the number of points, {most}, are possible")]
+    FitControlPoints {
+        /// The number asked for.
+        found: usize,
+        /// The smallest number.
+        least: usize,
+        /// The largest number.
+        most: usize,
+    },
     /// A sharp trailing edge whose two end control points differ.
     #[error("the trailing edge is sharp, but the curve ends {gap:.3e} from where it starts")]
     OpenTrailingEdge {
@@ -110,6 +120,12 @@ pub enum SectionError {
         measure: &'static str,
         /// Why there is none.
         reason: MeasureProblem,
+    },
+    /// Text that names no measure.
+    #[error("'{text}' is no measure of a section; there are {}", super::Measure::NAMES.join(", "))]
+    UnknownMeasure {
+        /// The text.
+        text: String,
     },
 }
 
@@ -249,12 +265,12 @@ pub enum CoordinateError {
         /// Ordinate of the crossing.
         y: f64,
     },
-    /// The points do not go round a section.
-    #[error("line {line}: the point leaps {length:.3} chords from the one before; the points must follow the outline")]
-    Leap {
-        /// Line of the point after the leap.
-        line: usize,
-        /// Length of the leap in chords.
-        length: f64,
+    /// The outline does not cross itself, but the curve through its points does.
+    #[error("the curve through the points crosses itself near ({x:.5}, {y:.5})")]
+    CurveCrossing {
+        /// Abscissa of the crossing.
+        x: f64,
+        /// Ordinate of the crossing.
+        y: f64,
     },
 }

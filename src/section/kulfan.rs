@@ -2,8 +2,9 @@
 
 use super::naca::check_range;
 use super::stations::{Surface, analytic_section};
-use super::{Section, SectionError, TrailingEdge};
+use super::{MeasureProblem, Section, SectionError, TrailingEdge};
 use crate::scalar::Scalar;
+use nalgebra::{DMatrix, DVector};
 
 /// A Kulfan section (B. M. Kulfan, "Universal Parametric Geometry Representation Method", J. Aircraft 45(1), 2008):
 ///
@@ -13,7 +14,7 @@ use crate::scalar::Scalar;
 /// use aeroform::section::{Kulfan, SectionDefinition};
 /// let kulfan = Kulfan::new(vec![0.2, 0.25, 0.2], vec![-0.2, -0.15, -0.1]).unwrap();
 /// let section = SectionDefinition::Kulfan(kulfan).section().unwrap();
-/// assert!(section.nose()[0].abs() < 1e-17);
+/// assert!(section.area() > 0.08);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kulfan {
@@ -22,6 +23,17 @@ pub struct Kulfan {
     gap: f64,
     class: [f64; 2],
     pub(super) control_points: usize,
+}
+
+/// A Kulfan section fitted to another section, and how well it fits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KulfanFit {
+    /// The fitted section, in the chord frame of the original.
+    pub kulfan: Kulfan,
+    /// Root mean square of the ordinate differences, in chords.
+    pub rms: f64,
+    /// Largest ordinate difference, in chords.
+    pub maximum: f64,
 }
 
 impl Kulfan {
@@ -140,4 +152,74 @@ fn basis(class: [f64; 2], n: usize, r: usize, x: f64) -> f64 {
     }
     let powers = x.powi(r as i32) * (1.0 - x).powi((n - r) as i32);
     x.powf(class[0]) * (1.0 - x).powf(class[1]) * binomial * powers
+}
+
+/// Points a surface is compared at.
+const SAMPLES: usize = 200;
+
+/// The Kulfan section (class 0.5, 1) with the given numbers of coefficients that fits a section best: least squares of
+/// the ordinates in the section's chord frame, at cosine-spaced points of each surface.
+///
+/// The gap is that of the section.
+///
+/// # Errors
+/// A section without a chord, no coefficients, or more coefficients than the points determine.
+pub fn fit_kulfan(section: &Section<f64>, upper: usize, lower: usize) -> Result<KulfanFit, SectionError> {
+    let class = [0.5, 1.0];
+    let frame = section.chord_frame()?;
+    let scale = 1.0 / frame.chord;
+    let gap = match section.trailing_edge() {
+        TrailingEdge::Sharp => 0.0,
+        TrailingEdge::Blunt => section.trailing_edge_gap()? * scale,
+    };
+    let (first, last) = section.curve().domain();
+    let mut coefficients = [vec![], vec![]];
+    let (mut squares, mut maximum, mut count) = (0.0, 0.0f64, 0);
+    for (side, (n, end, sign)) in [(upper, first, 1.0), (lower, last, -1.0)].into_iter().enumerate() {
+        let key = ["upper", "lower"][side];
+        if n == 0 {
+            return Err(SectionError::KulfanKey { key: key.into(), problem: super::KeyProblem::Empty });
+        }
+        let mut points = vec![];
+        for u in surface_parameters(section, end) {
+            let [x, y] = frame.coordinates(section.curve().point_at(u)).map(|c| c * scale);
+            // the class function exists on the chord only
+            if x > 0.0 && x < 1.0 {
+                points.push((x, y - sign * 0.5 * gap * x));
+            }
+        }
+        let matrix = DMatrix::from_fn(points.len(), n, |i, r| basis(class, n - 1, r, points[i].0));
+        let right = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
+        let solution = solve_least_squares(&matrix, &right)
+            .ok_or(SectionError::NoMeasure { measure: "Kulfan fit", reason: MeasureProblem::Singular })?;
+        let residual = &matrix * &solution - right;
+        squares += residual.norm_squared();
+        maximum = maximum.max(residual.amax());
+        count += points.len();
+        coefficients[side] = solution.as_slice().to_vec();
+    }
+    let [upper, lower] = coefficients;
+    let kulfan = Kulfan::new(upper, lower)?.with_gap(gap)?;
+    Ok(KulfanFit { kulfan, rms: (squares / count.max(1) as f64).sqrt(), maximum })
+}
+
+/// Parameters of one surface from the nose to `end`, spaced as the knots are.
+fn surface_parameters(section: &Section<f64>, end: f64) -> Vec<f64> {
+    let nose = section.nose_parameter();
+    let (low, high) = (nose.min(end), nose.max(end));
+    section.parameters(4 * SAMPLES).into_iter().filter(|u| (low..=high).contains(u)).collect()
+}
+
+/// Least squares by QR; `None` where the columns are dependent to round-off.
+fn solve_least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    if matrix.nrows() < matrix.ncols() {
+        return None;
+    }
+    let qr = matrix.clone().qr();
+    let r = qr.r();
+    let diagonal = r.diagonal();
+    if diagonal.iter().any(|d| d.abs() <= 1e-13 * diagonal.amax()) {
+        return None;
+    }
+    r.solve_upper_triangular(&(qr.q().transpose() * right))
 }
