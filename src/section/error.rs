@@ -265,6 +265,14 @@ pub enum CoordinateError {
         /// Ordinate of the crossing.
         y: f64,
     },
+    /// One surface ends far before the other: points are missing.
+    #[error("line {line}: the outline ends {distance:.3} short of the trailing edge; points are missing")]
+    Unfinished {
+        /// Line of the end that falls short.
+        line: usize,
+        /// Distance to the other end, in the unit of the file.
+        distance: f64,
+    },
     /// The outline does not cross itself, but the curve through its points does.
     #[error("the curve through the points crosses itself near ({x:.5}, {y:.5})")]
     CurveCrossing {

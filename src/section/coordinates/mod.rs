@@ -8,7 +8,7 @@ pub use repair::Repair;
 use super::measures::{curve_crossing, farthest_parameter};
 use super::{CoordinateError, Section, SectionError, TrailingEdge};
 use crate::spline::{
-    BSplineCurve, EndCondition, KnotVector, centripetal_parameters, fit, fit_to_tolerance, interpolate,
+    BSplineCurve, EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate,
 };
 use parse::{Listing, Point};
 use repair::{Outline, assemble};
@@ -157,13 +157,13 @@ impl Coordinates {
         Ok(Self { fit: Fit::ControlPoints(control_points), ..self })
     }
 
-    /// The section: a C2 cubic spline through the points (natural ends, centripetal parameters), or near them if a fit
+    /// The section: a C2 cubic spline through the points (natural ends, chord-length parameters), or near them if a fit
     /// was asked for. Its nose parameter is that of the point farthest from the trailing edge.
     ///
     /// # Errors
     /// A curve that crosses itself between the points, a fit that is not possible.
     pub fn section(&self) -> Result<Section<f64>, SectionError> {
-        let parameters = centripetal_parameters(&self.points)?;
+        let parameters = chord_length_parameters(&self.points)?;
         let mut curve = match self.fit {
             Fit::Interpolate => interpolate(&parameters, &self.points, EndCondition::Natural)?,
             Fit::Tolerance(tolerance) => fit_to_tolerance(&parameters, &self.points, 3, tolerance)?,

@@ -31,54 +31,72 @@ pub(super) const MOST: usize = 10_000;
 enum Line<'a> {
     Blank,
     Numbers(Vec<f64>),
-    Text(&'a str),
-    /// A field that is no number behind one that is.
-    Broken(&'a str),
+    Text,
+    /// A number and then a field that is none.
+    Broken {
+        field: &'a str,
+        /// Whether the line looks like a damaged point: two fields, or two numbers to begin with.
+        a_point: bool,
+    },
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Listing, CoordinateError> {
     let text = decode(bytes)?;
     let mut listing = Listing::default();
-    // a title of one or three numbers, or a line that counts the points
-    let mut single: Option<(usize, f64)> = None;
+    // a line that counts the points, and the first line behind the points that may be damaged data
+    let mut count: Option<(usize, f64)> = None;
+    let mut damage: Option<CoordinateError> = None;
     for (number, line) in lines(&text) {
-        match classify(line) {
+        let kind = classify(line);
+        let no_points = listing.points.is_empty();
+        let untitled = no_points && listing.title.is_none();
+        match kind {
             Line::Blank => listing.divide(),
-            Line::Text(text) => {
-                if listing.points.is_empty() && listing.title.is_none() {
-                    listing.title = Some(text.trim().into());
-                } else {
-                    listing.remarks.push(number);
-                    listing.divide();
+            Line::Numbers(values) if values.len() == 2 => {
+                if let Some(error) = damage {
+                    return Err(error);
                 }
+                listing.add(number, values[0], values[1])?;
             }
-            Line::Broken(field) if listing.points.is_empty() && listing.title.is_none() => {
-                // a title such as "64-212 mod" or "2412 airfoil"
-                let _ = field;
-                listing.title = Some(line.trim().into());
+            // titles may be numbers, or begin with one
+            Line::Text | Line::Numbers(_) | Line::Broken { .. } if untitled => listing.title = Some(line.trim().into()),
+            Line::Numbers(values) if no_points && values.len() == 1 && count.is_none() => {
+                count = Some((number, values[0]));
             }
-            Line::Broken(field) => {
-                let text = field.chars().take(40).collect();
-                return Err(CoordinateError::NotANumber { line: number, text });
-            }
-            Line::Numbers(values) => match values[..] {
-                [x, y] => listing.add(number, x, y)?,
-                _ if listing.points.is_empty() && listing.title.is_none() => {
-                    listing.title = Some(line.trim().into());
+            // the domain of an MSES file
+            Line::Numbers(values) if no_points && values.len() == 4 => listing.remarks.push(number),
+            Line::Numbers(values) => {
+                let error = CoordinateError::Columns { line: number, found: values.len() };
+                // numbers among remarks are no data, as long as no data follow
+                if no_points || listing.remarks.is_empty() {
+                    return Err(error);
                 }
-                [count] if listing.points.is_empty() && single.is_none() => single = Some((number, count)),
-                _ => return Err(CoordinateError::Columns { line: number, found: values.len() }),
-            },
+                listing.remarks.push(number);
+                damage.get_or_insert(error);
+            }
+            Line::Broken { field, a_point } => {
+                let error = CoordinateError::NotANumber { line: number, text: field.chars().take(40).collect() };
+                if no_points || (a_point && listing.remarks.is_empty()) {
+                    return Err(error);
+                }
+                listing.remarks.push(number);
+                damage.get_or_insert(error);
+            }
+            Line::Text => {
+                listing.remarks.push(number);
+                listing.divide();
+            }
         }
     }
     if listing.points.is_empty() {
         return Err(CoordinateError::Empty);
     }
-    if let Some((line, count)) = single {
+    if let Some((line, count)) = count {
         if count != listing.points.len() as f64 {
             return Err(CoordinateError::Columns { line, found: 1 });
         }
     }
+    listing.breaks.retain(|&at| at < listing.points.len());
     listing.take_header()?;
     for point in &listing.points {
         if let Some(&value) = point.xy.iter().find(|c| !(c.abs() <= LARGEST)) {
@@ -154,22 +172,30 @@ fn classify(line: &str) -> Line<'_> {
     let is_separator = |c: char| c.is_whitespace() || c == ',' || c == ';';
     let fields =
         |text: &str| -> Option<Vec<f64>> { text.split(is_separator).filter(|f| !f.is_empty()).map(number).collect() };
-    let content = line.split(['#', '!', '%']).next().unwrap_or("");
+    let content = &line[..comment_start(line)];
     if content.trim_matches(is_separator).is_empty() {
         return Line::Blank;
     }
-    match fields(content) {
-        Some(numbers) => Line::Numbers(numbers),
-        None => {
-            let mut words = content.split(is_separator).filter(|f| !f.is_empty());
-            let numeric = words.next().and_then(number).is_some();
-            let broken = words.find(|f| number(f).is_none());
-            match broken {
-                Some(field) if numeric => Line::Broken(field),
-                _ => Line::Text(line),
-            }
-        }
+    if let Some(numbers) = fields(content) {
+        return Line::Numbers(numbers);
     }
+    let words: Vec<&str> = content.split(is_separator).filter(|f| !f.is_empty()).collect();
+    match words.iter().position(|word| number(word).is_none()) {
+        Some(at) if at > 0 => Line::Broken { field: words[at], a_point: at > 1 || words.len() <= 2 },
+        _ => Line::Text,
+    }
+}
+
+/// Where the comment of a line begins: a mark at the start or behind white space (titles hold "12%").
+fn comment_start(line: &str) -> usize {
+    let mut blank = true;
+    for (at, c) in line.char_indices() {
+        if blank && matches!(c, '#' | '!' | '%') {
+            return at;
+        }
+        blank = c.is_whitespace();
+    }
+    line.len()
 }
 
 /// A number, also with a Fortran exponent.
@@ -204,7 +230,7 @@ mod tests {
 
     #[test]
     fn titles_may_look_like_numbers() {
-        for title in ["2412", "64 2 15", "2412 airfoil", "0.5 thick", "NaN 3"] {
+        for title in ["2412", "64 2 15", "2412 airfoil", "0.5 thick", "12% 3"] {
             let listing = parse(format!("{title}\n1 0\n0 0\n").as_bytes()).unwrap();
             assert_eq!((listing.title.as_deref(), listing.points.len()), (Some(title), 2));
         }

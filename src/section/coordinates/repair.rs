@@ -68,6 +68,8 @@ const FEWEST: usize = 4;
 const SAME: f64 = 1e-8;
 /// A gap below this share of the extent is rounding of a file, not a base.
 const CLOSED: f64 = 1e-6;
+/// A surface that ends further (in extents) before the other has lost points.
+const LONGEST_COMPLETION: f64 = 0.05;
 /// A step of this share of the extent divides two surfaces listed one after the other.
 const LEAP: f64 = 0.75;
 
@@ -85,7 +87,7 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
     }
     begin_at_tail(&mut points, extent, &mut repairs);
     drop_base(&mut points, extent, &mut repairs);
-    complete_tail(&mut points, extent, &mut repairs);
+    complete_tail(&mut points, extent, &mut repairs)?;
     sort_surfaces(&mut points, extent, &mut repairs);
     if signed_area(&points) < 0.0 {
         points.reverse();
@@ -238,18 +240,24 @@ fn drop_base(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
 }
 
 /// Closes a loop of which one surface ends short of the other: the file names the trailing edge only once.
-fn complete_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
-    let Some((&first, &last)) = points.first().zip(points.last()) else { return };
+fn complete_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) -> Result<(), CoordinateError> {
+    let Some((&first, &last)) = points.first().zip(points.last()) else { return Ok(()) };
     let along = first.xy[0] - last.xy[0];
     let across = first.xy[1] - last.xy[1];
     if along.abs() > 0.002 * extent && along.abs() > 2.0 * across.abs() {
+        let distance = along.hypot(across);
+        if distance > LONGEST_COMPLETION * extent {
+            let line = if along > 0.0 { last.line } else { first.line };
+            return Err(CoordinateError::Unfinished { line, distance });
+        }
         if along > 0.0 {
             points.push(first);
         } else {
             points.insert(0, last);
         }
-        repairs.push(Repair::TrailingEdgeCompleted { distance: along.hypot(across) });
+        repairs.push(Repair::TrailingEdgeCompleted { distance });
     }
+    Ok(())
 }
 
 /// Sorts points that run back along the chord, if that shortens the outline.

@@ -92,7 +92,7 @@ impl<S: Scalar> Section<S> {
         let real = self.real();
         let frame = real.chord_frame()?;
         let samples = Samples::new(real.curve(), &frame, real.nose_parameter());
-        match samples.best(Kind::Camber) {
+        match samples.best(real.curve(), &frame, Kind::Camber) {
             Some((_, value)) if value.abs() > NO_CAMBER * frame.chord => Ok(self.maximum_camber()?[1]),
             _ => self.camber_at(0.5),
         }
@@ -124,7 +124,7 @@ impl<S: Scalar> Section<S> {
         let real_frame = frame.real();
         let real = self.curve().real();
         let samples = Samples::new(&real, &real_frame, self.nose_parameter());
-        let (start, value) = samples.best(kind).ok_or(missing.clone())?;
+        let (start, value) = samples.best(&real, &real_frame, kind).ok_or(missing.clone())?;
         if kind == Kind::Camber && value.abs() <= NO_CAMBER * real_frame.chord {
             return Err(missing);
         }
@@ -166,8 +166,8 @@ impl Samples {
         Self { upper, lower }
     }
 
-    /// Parameters on the two surfaces and value of the sample of largest magnitude.
-    fn best(&self, kind: Kind) -> Option<([f64; 2], f64)> {
+    /// Parameters on the two surfaces and value of the upper sample where it is largest in magnitude.
+    fn best(&self, curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, kind: Kind) -> Option<([f64; 2], f64)> {
         let mut best: Option<([f64; 2], f64)> = None;
         let mut segment = 0;
         for &[u, x, y] in &self.upper[1..] {
@@ -176,17 +176,31 @@ impl Samples {
                 segment += 1;
             }
             let &[a, b] = self.lower.get(segment..segment + 2)? else { return None };
-            let t = (x - a[1]) / (b[1] - a[1]);
-            if !(0.0..=1.0).contains(&t) {
+            let share = (x - a[1]) / (b[1] - a[1]);
+            if !(0.0..=1.0).contains(&share) {
                 continue;
             }
-            let value = kind.combine(y, a[2] + t * (b[2] - a[2]));
+            let (opposite, ordinate) = same_station(curve, frame, [a[0], b[0]], share, x);
+            let value = kind.combine(y, ordinate);
             if best.is_none_or(|(_, other)| value.abs() > other.abs()) {
-                best = Some(([u, a[0] + t * (b[0] - a[0])], value));
+                best = Some(([u, opposite], value));
             }
         }
         best
     }
+}
+
+/// Parameter and ordinate of the point with abscissa `x` between two samples, by a few Newton steps from a share.
+fn same_station(curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, ends: [f64; 2], share: f64, x: f64) -> (f64, f64) {
+    let mut u = ends[0] + share * (ends[1] - ends[0]);
+    for _ in 0..4 {
+        let (point, tangent) = curve.point_and_tangent(u);
+        let step = (frame.coordinates(point)[0] - x) / frame.components(tangent)[0];
+        if step.is_finite() {
+            u = (u - step).clamp(ends[0].min(ends[1]), ends[0].max(ends[1]));
+        }
+    }
+    (u, frame.coordinates(curve.point_at(u))[1])
 }
 
 /// Parameter and `dx/du` at which a surface first reaches a station (in chords), counted from the nose.
@@ -275,8 +289,8 @@ fn solve_extreme(
         // quadratic convergence ends where steps no longer shrink
         if size <= 1e-9 && size >= 0.5 * previous || size <= f64::EPSILON {
             let value = kind.combine(upper.0[1].re, lower.0[1].re);
-            // the sampled value stands on a chord of the other surface, a little inside
-            let kept = value.abs() >= sampled.abs() * (1.0 - 1e-2) && value * sampled > 0.0;
+            // an extreme is no smaller than what was sampled, to round-off
+            let kept = value.abs() >= sampled.abs() - 1e-13 * frame.chord && value * sampled > 0.0;
             let inside = first < u[0] && u[0] < u[1] && u[1] < last;
             return (kept && inside).then_some((u, inverse));
         }
