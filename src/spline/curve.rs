@@ -96,6 +96,24 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         point
     }
 
+    /// The first derivative at a constant parameter; cheaper than [`point_and_tangent`](Self::point_and_tangent) for
+    /// duals.
+    pub fn tangent_at(&self, u: f64) -> [S; D] {
+        let p = self.degree();
+        let span = self.knots.span(u);
+        let points = &self.control_points[span - p..];
+        let knots = self.knots.as_slice();
+        let mut tangent = [S::from(0.0); D];
+        for (j, value) in self.knots.basis_of_degree(span, u, p - 1).iter().enumerate() {
+            let first = span - p + 1 + j;
+            let weight = value * p as f64 / (knots[first + p] - knots[first]);
+            for d in 0..D {
+                tangent[d] += (points[j + 1][d] - points[j][d]) * weight;
+            }
+        }
+        tangent
+    }
+
     /// Point and derivatives up to `order` at `u`: `result[k]` is the k-th derivative with respect to the parameter.
     pub fn derivatives(&self, u: S, order: usize) -> Vec<[S; D]> {
         let span = self.knots.span(u.re());
@@ -162,6 +180,7 @@ mod tests {
                     assert!((slope - tangent[d]).abs() < 1e-12 && (rows[1][d] - tangent[d]).abs() < 1e-12);
                 }
                 assert_eq!(curve.point_at(u), curve.evaluate(u));
+                assert!((0..2).all(|d| (curve.tangent_at(u)[d] - tangent[d]).abs() < 1e-13));
             }
         }
     }

@@ -74,6 +74,56 @@ pub enum SplineError {
         /// What was given.
         found: usize,
     },
+    /// The curve stands still, so that something asked of it has no derivative or no direction there.
+    #[error("the tangent vanishes at parameter {parameter}")]
+    ZeroTangent {
+        /// Where.
+        parameter: f64,
+    },
+    /// A length from the start of a curve that is negative or more than the whole.
+    #[error("length {length} is not between 0 and the length {total} of the curve")]
+    LengthOutside {
+        /// Length asked for.
+        length: f64,
+        /// Length of the curve.
+        total: f64,
+    },
+    /// A coordinate that the curve does not cross in the range given.
+    #[error(
+        "coordinate {axis} does not cross {value} between parameters {low} and {high}: it is {at_low} and {at_high} there"
+    )]
+    NoCrossing {
+        /// Number of the coordinate, from 0.
+        axis: usize,
+        /// Value asked for.
+        value: f64,
+        /// First parameter of the range.
+        low: f64,
+        /// Last parameter of the range.
+        high: f64,
+        /// Coordinate at the first parameter.
+        at_low: f64,
+        /// Coordinate at the last parameter.
+        at_high: f64,
+    },
+    /// A parameter that is defined by an equation does not depend smoothly on the shape: a tangent crossing, or the
+    /// centre of curvature as point of a projection.
+    #[error("the parameter found ({parameter}) has no derivative: the slope of its equation vanishes there")]
+    NoDerivative {
+        /// The parameter.
+        parameter: f64,
+    },
+    /// An axis that the spline does not have.
+    #[error("no axis {axis}: there are {axes}, counted from 0")]
+    NoSuchAxis {
+        /// Axis asked for.
+        axis: usize,
+        /// How many there are.
+        axes: usize,
+    },
+    /// The operation needs knots with both ends repeated `degree + 1` times.
+    #[error("the knot vector is not clamped: both end knots must stand degree + 1 times")]
+    NotClamped,
     /// End tangents go with a clamped interpolation, and with no other.
     #[error("end tangents {}", if *.wanted { "are missing: use curve_with_tangents" } else { "are for Interpolation::clamped only" })]
     EndTangents {

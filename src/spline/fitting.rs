@@ -2,7 +2,7 @@
 //!
 //! Parameters and knots are plain numbers, so the curve is a *linear* function of the points: [`Interpolation`]
 //! factorises the (banded) collocation matrix once, in `f64`, and applies it to right-hand sides of any scalar in
-//! time proportional to their number.
+//! time proportional to their number. Least-squares fits are [`LeastSquares`](super::LeastSquares).
 
 use super::banded::{BandRow, BandedFactors};
 use super::{BSplineCurve, KnotVector, SplineError};

@@ -5,18 +5,30 @@
 //!
 //! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate).
 
+mod arc_length;
 mod banded;
 mod curve;
+mod elevate;
 mod error;
 mod fitting;
 mod knots;
+mod least_squares;
+mod quadrature;
+mod query;
+mod refine;
+mod roots;
+mod split;
 mod tensor;
 
+pub use arc_length::ArcLengths;
 pub use curve::BSplineCurve;
 pub use error::SplineError;
 pub use fitting::{
     EndCondition, Interpolation, averaged_knots, centripetal_parameters, chord_length_parameters, interpolate,
 };
 pub use knots::{BasisValues, KnotVector};
+pub use least_squares::{LeastSquares, fit, fit_to_tolerance};
+pub use quadrature::GaussRule;
+pub use query::{BoundingBox, ClosestPoint};
 pub(crate) use tensor::for_each_index;
 pub use tensor::{BSplineSurface, BSplineVolume, TensorSpline, for_each_weight};

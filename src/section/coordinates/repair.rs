@@ -1,0 +1,320 @@
+//! From numbered points to one loop in Selig order, with every change recorded.
+
+use super::parse::{Listing, Point};
+use crate::section::{CoordinateError, TrailingEdge};
+
+/// A change that was made to the points of a file. Line numbers count from one; 0 where the points came from memory.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Repair {
+    /// A line of text after the first point was passed over.
+    #[error("line {line}: text passed over")]
+    RemarkIgnored {
+        /// Line number.
+        line: usize,
+    },
+    /// A point at the place of the one before it was dropped.
+    #[error("line {line}: point repeats the one before it, dropped")]
+    DuplicateDropped {
+        /// Line number.
+        line: usize,
+    },
+    /// The outline ran clockwise and was reversed.
+    #[error("the outline ran over the lower surface first, reversed")]
+    Reversed,
+    /// The outline began elsewhere and was made to begin at the trailing edge.
+    #[error("the outline did not begin at the trailing edge; it now begins at line {line}")]
+    Rotated {
+        /// Line of the point that is first now.
+        line: usize,
+    },
+    /// Points on the base of a blunt trailing edge were dropped; the base is no part of the curve.
+    #[error("line {line}: point on the base of the trailing edge, dropped")]
+    BasePointDropped {
+        /// Line number.
+        line: usize,
+    },
+    /// Points of a surface that were out of order were sorted along the chord.
+    #[error("{count} points of a surface were out of order, sorted along the chord")]
+    Sorted {
+        /// How many points changed their place.
+        count: usize,
+    },
+    /// One surface ended short of the trailing edge and was closed to the end of the other one.
+    #[error("one surface ended {distance:.4} short of the trailing edge, closed")]
+    TrailingEdgeCompleted {
+        /// Distance bridged.
+        distance: f64,
+    },
+    /// A trailing-edge gap too small to be meant was closed at its middle.
+    #[error("trailing-edge gap of {gap:.2e} closed")]
+    TrailingEdgeClosed {
+        /// The gap.
+        gap: f64,
+    },
+}
+
+/// A loop from the upper to the lower trailing edge.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Outline {
+    pub points: Vec<Point>,
+    pub trailing_edge: TrailingEdge,
+    pub repairs: Vec<Repair>,
+}
+
+/// Different points that make a section.
+const FEWEST: usize = 4;
+/// Points nearer than this share of the extent are the same.
+const SAME: f64 = 1e-8;
+/// A gap below this share of the extent is rounding of a file, not a base.
+const CLOSED: f64 = 1e-6;
+/// A surface that ends further (in extents) before the other has lost points.
+const LONGEST_COMPLETION: f64 = 0.05;
+/// A step of this share of the extent divides two surfaces listed one after the other.
+const LEAP: f64 = 0.75;
+
+pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
+    let mut repairs: Vec<Repair> = listing.remarks.iter().map(|&line| Repair::RemarkIgnored { line }).collect();
+    let extent = extent(&listing.points);
+    let mut points = join_surfaces(&listing, extent);
+    drop_duplicates(&mut points, extent, &mut repairs);
+    if points.len() < FEWEST {
+        return Err(CoordinateError::TooFewPoints { found: points.len(), needed: FEWEST });
+    }
+    let area = signed_area(&points);
+    if !(area.abs() > 1e-6 * extent * extent) || extent < 1e-9 {
+        return Err(CoordinateError::NoArea { chord: extent, area: area.abs() });
+    }
+    begin_at_tail(&mut points, extent, &mut repairs);
+    drop_base(&mut points, extent, &mut repairs);
+    complete_tail(&mut points, extent, &mut repairs)?;
+    sort_surfaces(&mut points, extent, &mut repairs);
+    if signed_area(&points) < 0.0 {
+        points.reverse();
+        repairs.push(Repair::Reversed);
+    }
+    let trailing_edge = close_tail(&mut points, extent, &mut repairs);
+    let different = points.len() - usize::from(trailing_edge == TrailingEdge::Sharp);
+    if different < FEWEST {
+        return Err(CoordinateError::TooFewPoints { found: different, needed: FEWEST });
+    }
+    if let Some((i, j, [x, y])) = polygon_crossing(&points) {
+        return Err(CoordinateError::SelfCrossing { first: points[i].line, second: points[j].line, x, y });
+    }
+    Ok(Outline { points, trailing_edge, repairs })
+}
+
+pub(super) fn distance(a: &Point, b: &Point) -> f64 {
+    (a.xy[0] - b.xy[0]).hypot(a.xy[1] - b.xy[1])
+}
+
+/// Larger side of the bounding box.
+fn extent(points: &[Point]) -> f64 {
+    let side = |d: usize| {
+        let (low, high) =
+            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.xy[d]), h.max(p.xy[d])));
+        (high - low).max(0.0)
+    };
+    side(0).max(side(1))
+}
+
+fn signed_area(points: &[Point]) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    let from = |p: &Point| [p.xy[0] - first.xy[0], p.xy[1] - first.xy[1]];
+    points
+        .windows(2)
+        .map(|w| {
+            let (a, b) = (from(&w[0]), from(&w[1]));
+            0.5 * (a[0] * b[1] - a[1] * b[0])
+        })
+        .sum()
+}
+
+/// One chain of points. Lednicer files, and files that list two surfaces without a header, give two: the first is
+/// turned round so that they meet at the nose.
+fn join_surfaces(listing: &Listing, extent: f64) -> Vec<Point> {
+    let points = &listing.points;
+    let divide = match listing.lednicer {
+        Some([upper, _]) => Some(upper),
+        None => divide_at(listing, extent),
+    };
+    let Some(at) = divide else { return points.clone() };
+    let (a, b) = points.split_at(at);
+    let (Some(a_first), Some(a_last), Some(b_first), Some(b_last)) = (a.first(), a.last(), b.first(), b.last()) else {
+        return points.clone();
+    };
+    // the two ends that lie furthest to the left (together) are the nose
+    let nose_first = a_first.xy[0] <= a_last.xy[0];
+    let nose_second = b_first.xy[0] <= b_last.xy[0];
+    let mut chain: Vec<Point> = if nose_first { a.iter().rev().copied().collect() } else { a.to_vec() };
+    if nose_second {
+        chain.extend(b)
+    } else {
+        chain.extend(b.iter().rev())
+    }
+    chain
+}
+
+/// Where a file without a header changes from one surface to the other by a leap back along the chord.
+fn divide_at(listing: &Listing, extent: f64) -> Option<usize> {
+    let points = &listing.points;
+    let leap = |i: usize| distance(&points[i - 1], &points[i]);
+    let longest = (1..points.len()).max_by(|&i, &j| leap(i).total_cmp(&leap(j)))?;
+    // a surface of two points is a straight one, drawn from end to end
+    let both = longest >= 2 && points.len() - longest >= 2;
+    let at_break = listing.breaks.contains(&longest) && leap(longest) > 0.5 * extent;
+    (both && (leap(longest) > LEAP * extent || at_break)).then_some(longest)
+}
+
+fn drop_duplicates(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
+    let mut kept: Vec<Point> = Vec::with_capacity(points.len());
+    for point in points.iter() {
+        match kept.last() {
+            Some(last) if distance(last, point) <= SAME * extent => {
+                repairs.push(Repair::DuplicateDropped { line: point.line });
+            }
+            _ => kept.push(*point),
+        }
+    }
+    *points = kept;
+}
+
+/// Makes a loop begin at its rearmost point, or behind its rearmost edge if that stands upright (a base).
+fn begin_at_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
+    let x = |p: &Point| p.xy[0];
+    let rearmost = points.iter().map(x).fold(f64::NEG_INFINITY, f64::max);
+    let foremost = points.iter().map(x).fold(f64::INFINITY, f64::min);
+    let Some((first, last)) = points.first().zip(points.last()) else { return };
+    let middle = 0.5 * (rearmost + foremost);
+    if x(first) > middle && x(last) > middle {
+        return;
+    }
+    let closed = distance(first, last) <= CLOSED * extent;
+    if closed {
+        points.pop();
+    }
+    let n = points.len();
+    let tail = (0..n).max_by(|&i, &j| x(&points[i]).total_cmp(&x(&points[j]))).unwrap_or(0);
+    let near = |i: usize| {
+        let d = [points[i].xy[0] - points[tail].xy[0], points[i].xy[1] - points[tail].xy[1]];
+        d[0].abs() <= 0.02 * extent && d[0].abs() <= 0.2 * d[1].abs()
+    };
+    let (before, after) = ((tail + n - 1) % n, (tail + 1) % n);
+    // the loop is cut at the base, or at the tail point, which then stands at both ends
+    let (start, copy) = if near(after) {
+        (after, false)
+    } else if near(before) {
+        (tail, false)
+    } else {
+        (tail, true)
+    };
+    points.rotate_left(start);
+    if copy {
+        points.push(points[0]);
+    }
+    repairs.push(Repair::Rotated { line: points[0].line });
+}
+
+/// Drops end points that lie on an upright base: an edge across the chord, behind a sharp corner.
+fn drop_base(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
+    let on_base = |end: &Point, next: &Point, further: &Point| {
+        let d = [next.xy[0] - end.xy[0], next.xy[1] - end.xy[1]];
+        let e = [further.xy[0] - next.xy[0], further.xy[1] - next.xy[1]];
+        let upright = d[0].abs() < 0.2 * d[1].abs() && d[1].abs() < 0.05 * extent;
+        let corner = d[0] * e[0] + d[1] * e[1] < 0.7 * d[0].hypot(d[1]) * e[0].hypot(e[1]);
+        upright && corner
+    };
+    let mut dropped = 0;
+    while dropped < 4 && points.len() > FEWEST {
+        let n = points.len();
+        let line = if on_base(&points[0], &points[1], &points[2]) {
+            points.remove(0).line
+        } else if on_base(&points[n - 1], &points[n - 2], &points[n - 3]) {
+            points.remove(n - 1).line
+        } else {
+            return;
+        };
+        repairs.push(Repair::BasePointDropped { line });
+        dropped += 1;
+    }
+}
+
+/// Closes a loop of which one surface ends short of the other: the file names the trailing edge only once.
+fn complete_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) -> Result<(), CoordinateError> {
+    let Some((&first, &last)) = points.first().zip(points.last()) else { return Ok(()) };
+    let along = first.xy[0] - last.xy[0];
+    let across = first.xy[1] - last.xy[1];
+    if along.abs() > 0.002 * extent && along.abs() > 2.0 * across.abs() {
+        let distance = along.hypot(across);
+        if distance > LONGEST_COMPLETION * extent {
+            let line = if along > 0.0 { last.line } else { first.line };
+            return Err(CoordinateError::Unfinished { line, distance });
+        }
+        if along > 0.0 {
+            points.push(first);
+        } else {
+            points.insert(0, last);
+        }
+        repairs.push(Repair::TrailingEdgeCompleted { distance });
+    }
+    Ok(())
+}
+
+/// Sorts points that run back along the chord, if that shortens the outline.
+fn sort_surfaces(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) {
+    let Some(nose) = (0..points.len()).min_by(|&i, &j| points[i].xy[0].total_cmp(&points[j].xy[0])) else { return };
+    let foremost = points[nose].xy[0];
+    let length = |p: &[Point]| p.windows(2).map(|w| distance(&w[0], &w[1])).sum::<f64>();
+    let mut sorted = points.to_vec();
+    // near the nose a surface may bulge forward, so points there keep their order
+    let behind = |p: &Point| p.xy[0] > foremost + 0.05 * extent;
+    let upper_end = points[..nose].iter().take_while(|p| behind(p)).count();
+    let lower_start = points.len() - points[nose..].iter().rev().take_while(|p| behind(p)).count();
+    sorted[..upper_end].sort_by(|a, b| b.xy[0].total_cmp(&a.xy[0]));
+    sorted[lower_start..].sort_by(|a, b| a.xy[0].total_cmp(&b.xy[0]));
+    let count = sorted.iter().zip(points.iter()).filter(|(a, b)| a.xy != b.xy).count();
+    if count > 0 && length(&sorted) < length(points) * (1.0 - 1e-9) {
+        points.copy_from_slice(&sorted);
+        repairs.push(Repair::Sorted { count });
+    }
+}
+
+/// Makes a gap that is only rounding vanish to the bit.
+fn close_tail(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> TrailingEdge {
+    let n = points.len();
+    let gap = distance(&points[0], &points[n - 1]);
+    if gap > CLOSED * extent {
+        return TrailingEdge::Blunt;
+    }
+    if gap > 0.0 {
+        let (a, b) = (points[0].xy, points[n - 1].xy);
+        points[0].xy = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        repairs.push(Repair::TrailingEdgeClosed { gap });
+    }
+    // also where the two differ in the sign of a zero
+    points[n - 1].xy = points[0].xy;
+    TrailingEdge::Sharp
+}
+
+/// Two edges of a polygon that cross properly: positions of their first points, and where.
+fn polygon_crossing(points: &[Point]) -> Option<(usize, usize, [f64; 2])> {
+    let cross = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+    let mut edges: Vec<(f64, f64, usize)> = points
+        .windows(2)
+        .enumerate()
+        .map(|(i, w)| (w[0].xy[0].min(w[1].xy[0]), w[0].xy[0].max(w[1].xy[0]), i))
+        .collect();
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (k, &(_, right, i)) in edges.iter().enumerate() {
+        for &(_, _, j) in edges[k + 1..].iter().take_while(|e| e.0 <= right) {
+            let (i, j) = (i.min(j), i.max(j));
+            let (a, b, c, d) = (points[i].xy, points[i + 1].xy, points[j].xy, points[j + 1].xy);
+            let (s, t) = (cross(a, b, c), cross(a, b, d));
+            if s * t < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0 {
+                let share = s / (s - t);
+                return Some((i, j, [0, 1].map(|k| c[k] + (d[k] - c[k]) * share)));
+            }
+        }
+    }
+    None
+}

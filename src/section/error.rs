@@ -1,0 +1,284 @@
+//! What can be wrong with a section.
+
+use crate::spline::SplineError;
+use std::path::PathBuf;
+
+/// Why a section was not built, read or measured.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SectionError {
+    /// The text names no section.
+    #[error(
+        "'{text}' is no section: use naca2412, naca0012:sharp, naca23012, kulfan:upper=…/lower=…, \
+         or the path of a coordinate file"
+    )]
+    UnknownShape {
+        /// The text given.
+        text: String,
+    },
+    /// A NACA designation outside of the four- and five-digit series.
+    #[error(
+        "'{designation}' is no NACA four-digit (2412) or five-digit (23012, 23112; camber position 1 to 5, \
+         reflexed 2 to 5) section"
+    )]
+    UnknownDesignation {
+        /// The designation given.
+        designation: String,
+    },
+    /// A key of a Kulfan description that is not known, or one that is missing or stands twice.
+    #[error("Kulfan section: key '{key}' is {problem}; keys are upper, lower (both needed), gap, class")]
+    KulfanKey {
+        /// The key.
+        key: String,
+        /// What is wrong with it.
+        problem: KeyProblem,
+    },
+    /// Text that should be a number.
+    #[error("'{text}' is not a finite number")]
+    NotANumber {
+        /// The text.
+        text: String,
+    },
+    /// A wrong number of build parameters.
+    #[error("the section has {expected} parameters, {found} were given")]
+    ParameterCount {
+        /// How many the definition lists.
+        expected: usize,
+        /// How many came.
+        found: usize,
+    },
+    /// A build parameter outside of the range in which the shape exists.
+    #[error("{name} is {value}, it must lie between {lower} and {upper}")]
+    ParameterOutOfRange {
+        /// Name of the parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Open lower bound.
+        lower: f64,
+        /// Open upper bound.
+        upper: f64,
+    },
+    /// A number of control points that the definition cannot be built with.
+    #[error(
+        "{found} control points: an analytic section needs an odd number of at least {least}, so that the nose is a data point"
+    )]
+    ControlPointCount {
+        /// The number asked for.
+        found: usize,
+        /// The smallest number.
+        least: usize,
+    },
+    /// A number of control points that coordinates cannot be fitted with.
+    #[error("{found} control points, between {least} and the number of points, {most}, are possible")]
+    FitControlPoints {
+        /// The number asked for.
+        found: usize,
+        /// The smallest number.
+        least: usize,
+        /// The largest number.
+        most: usize,
+    },
+    /// A sharp trailing edge whose two end control points differ.
+    #[error("the trailing edge is sharp, but the curve ends {gap:.3e} from where it starts")]
+    OpenTrailingEdge {
+        /// Distance of the first and the last control point.
+        gap: f64,
+    },
+    /// The nose parameter does not lie inside the domain of the curve.
+    #[error("nose parameter {parameter} is not inside the domain of the curve")]
+    NoseParameter {
+        /// The parameter.
+        parameter: f64,
+    },
+    /// A coordinate file that could not be read.
+    #[error("cannot read {}: {kind}", path.display())]
+    Read {
+        /// The path.
+        path: PathBuf,
+        /// Why.
+        kind: std::io::ErrorKind,
+    },
+    /// A coordinate file that was read but makes no section.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The path.
+        path: PathBuf,
+        /// What is wrong in it.
+        error: CoordinateError,
+    },
+    /// Coordinates that make no section.
+    #[error(transparent)]
+    Coordinates(#[from] CoordinateError),
+    /// The spline of the section could not be built.
+    #[error(transparent)]
+    Spline(#[from] SplineError),
+    /// A measure that this section does not have.
+    #[error("the section has no {measure}: {reason}")]
+    NoMeasure {
+        /// The measure.
+        measure: &'static str,
+        /// Why there is none.
+        reason: MeasureProblem,
+    },
+    /// Text that names no measure.
+    #[error("'{text}' is no measure of a section; there are {}", super::Measure::NAMES.join(", "))]
+    UnknownMeasure {
+        /// The text.
+        text: String,
+    },
+}
+
+/// What is wrong with a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum KeyProblem {
+    /// Not one of the known keys.
+    #[error("unknown")]
+    Unknown,
+    /// Needed, but not there.
+    #[error("missing")]
+    Missing,
+    /// Given more than once.
+    #[error("given twice")]
+    Twice,
+    /// Without a value or with a wrong number of values.
+    #[error("without the numbers it needs")]
+    Empty,
+}
+
+/// Why a section has no value of a measure.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum MeasureProblem {
+    /// The chord has no length.
+    #[error("its chord has no length")]
+    NoChord,
+    /// The enclosed area is not positive.
+    #[error("its enclosed area is {area:.3e}, not positive")]
+    NoArea {
+        /// The signed area.
+        area: f64,
+    },
+    /// A surface does not reach the station.
+    #[error("no point of the {surface} surface stands at {station} of the chord")]
+    NoStation {
+        /// "upper" or "lower".
+        surface: &'static str,
+        /// Station along the chord, in chords.
+        station: f64,
+    },
+    /// A station outside of the open interval (0, 1).
+    #[error("station {station} does not lie between 0 and 1")]
+    StationOutOfRange {
+        /// The station.
+        station: f64,
+    },
+    /// The quantity has no isolated extreme inside the chord.
+    #[error("it has no isolated extreme")]
+    NoExtreme,
+    /// The tangent or curvature vanishes where it is needed.
+    #[error("the curve has no direction or curvature there")]
+    Singular,
+}
+
+/// Why coordinates make no section. Line numbers count from one; 0 where the points did not come from a file.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CoordinateError {
+    /// No data at all.
+    #[error("no coordinates found; wanted lines of two numbers, x and y")]
+    Empty,
+    /// Not a text file.
+    #[error("this is not a text file (byte {byte:#04x} at offset {offset})")]
+    Binary {
+        /// Position in the file.
+        offset: usize,
+        /// The byte there.
+        byte: u8,
+    },
+    /// A data line with a wrong number of fields.
+    #[error("line {line}: {found} numbers, wanted two (x and y)")]
+    Columns {
+        /// Line number.
+        line: usize,
+        /// Number of fields.
+        found: usize,
+    },
+    /// Text between data lines, or a field that is no number.
+    #[error("line {line}: '{text}' is not a number")]
+    NotANumber {
+        /// Line number.
+        line: usize,
+        /// The field (at most 40 characters).
+        text: String,
+    },
+    /// NaN, an infinity, or a number beyond 1e9 in magnitude.
+    #[error("line {line}: coordinate {value} is not usable (finite and within 1e9)")]
+    Value {
+        /// Line number.
+        line: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A Lednicer header that does not fit the data.
+    #[error("line {line}: the header announces {announced} points, the file holds {found}")]
+    Count {
+        /// Line of the header.
+        line: usize,
+        /// Points announced.
+        announced: usize,
+        /// Points found.
+        found: usize,
+    },
+    /// Too few different points.
+    #[error("{found} different points, at least {needed} are needed")]
+    TooFewPoints {
+        /// Different points.
+        found: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// More points than anybody needs.
+    #[error("{found} points, at most {most} are read")]
+    TooManyPoints {
+        /// Points found.
+        found: usize,
+        /// Largest number.
+        most: usize,
+    },
+    /// All points nearly on one line, or a chord shorter than 1e-9.
+    #[error("the points enclose no area (chord {chord:.3e}, area {area:.3e})")]
+    NoArea {
+        /// Largest extent.
+        chord: f64,
+        /// Enclosed area.
+        area: f64,
+    },
+    /// The outline crosses itself.
+    #[error("the outline crosses itself between lines {first} and {second}, near ({x:.5}, {y:.5})")]
+    SelfCrossing {
+        /// Line of the point before the crossing, on the first branch.
+        first: usize,
+        /// Line of the point before the crossing, on the second branch.
+        second: usize,
+        /// Abscissa of the crossing.
+        x: f64,
+        /// Ordinate of the crossing.
+        y: f64,
+    },
+    /// One surface ends far before the other: points are missing.
+    #[error("line {line}: the outline ends {distance:.3} short of the trailing edge; points are missing")]
+    Unfinished {
+        /// Line of the end that falls short.
+        line: usize,
+        /// Distance to the other end, in the unit of the file.
+        distance: f64,
+    },
+    /// The outline does not cross itself, but the curve through its points does.
+    #[error("the curve through the points crosses itself near ({x:.5}, {y:.5})")]
+    CurveCrossing {
+        /// Abscissa of the crossing.
+        x: f64,
+        /// Ordinate of the crossing.
+        y: f64,
+    },
+}

@@ -1,0 +1,225 @@
+//! Class-shape transformation (Kulfan) sections and their fit to a given section.
+
+use super::naca::check_range;
+use super::stations::{Surface, analytic_section};
+use super::{MeasureProblem, Section, SectionError, TrailingEdge};
+use crate::scalar::Scalar;
+use nalgebra::{DMatrix, DVector};
+
+/// A Kulfan section (B. M. Kulfan, "Universal Parametric Geometry Representation Method", J. Aircraft 45(1), 2008):
+///
+/// `y = x^N1 (1 − x)^N2 Σ A_r C(n, r) x^r (1 − x)^(n−r) ± x gap / 2`, each surface with its own coefficients `A`.
+///
+/// ```
+/// use aeroform::section::{Kulfan, SectionDefinition};
+/// let kulfan = Kulfan::new(vec![0.2, 0.25, 0.2], vec![-0.2, -0.15, -0.1]).unwrap();
+/// let section = SectionDefinition::Kulfan(kulfan).section().unwrap();
+/// assert!(section.area() > 0.08);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kulfan {
+    upper: Vec<f64>,
+    lower: Vec<f64>,
+    gap: f64,
+    class: [f64; 2],
+    pub(super) control_points: usize,
+}
+
+/// A Kulfan section fitted to another section, and how well it fits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KulfanFit {
+    /// The fitted section, in the chord frame of the original.
+    pub kulfan: Kulfan,
+    /// Root mean square of the ordinate differences, in chords.
+    pub rms: f64,
+    /// Largest ordinate difference, in chords.
+    pub maximum: f64,
+}
+
+impl Kulfan {
+    /// A sharp section of round nose and pointed tail (class 0.5, 1) from the coefficients of its surfaces, nose first.
+    ///
+    /// # Errors
+    /// A surface without coefficients, or a coefficient that is not finite.
+    pub fn new(upper: Vec<f64>, lower: Vec<f64>) -> Result<Self, SectionError> {
+        for (name, coefficients) in [("upper", &upper), ("lower", &lower)] {
+            if coefficients.is_empty() {
+                return Err(SectionError::KulfanKey { key: name.into(), problem: super::KeyProblem::Empty });
+            }
+            for &value in coefficients {
+                check_range(name, value, f64::NEG_INFINITY, f64::INFINITY)?;
+            }
+        }
+        let control_points = super::stations::DEFAULT_CONTROL_POINTS;
+        Ok(Self { upper, lower, gap: 0.0, class: [0.5, 1.0], control_points })
+    }
+
+    /// The same section with another trailing-edge gap (in chords); a gap of zero makes the trailing edge sharp.
+    ///
+    /// # Errors
+    /// A gap outside of (−1, 1).
+    pub fn with_gap(mut self, gap: f64) -> Result<Self, SectionError> {
+        check_range("trailing_edge_gap", gap, -1.0, 1.0)?;
+        self.gap = gap;
+        Ok(self)
+    }
+
+    /// The same section with other class exponents `[N1, N2]` of nose and tail.
+    ///
+    /// # Errors
+    /// Exponents outside of (0, 10).
+    pub fn with_class(mut self, class: [f64; 2]) -> Result<Self, SectionError> {
+        check_range("class", class[0], 0.0, 10.0)?;
+        check_range("class", class[1], 0.0, 10.0)?;
+        self.class = class;
+        Ok(self)
+    }
+
+    /// Coefficients of the upper surface, nose first.
+    pub fn upper(&self) -> &[f64] {
+        &self.upper
+    }
+
+    /// Coefficients of the lower surface, nose first.
+    pub fn lower(&self) -> &[f64] {
+        &self.lower
+    }
+
+    /// Trailing-edge gap in chords.
+    pub fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    /// Class exponents of nose and tail.
+    pub fn class(&self) -> [f64; 2] {
+        self.class
+    }
+
+    /// Sharp exactly when the gap is zero.
+    pub fn trailing_edge(&self) -> TrailingEdge {
+        if self.gap == 0.0 { TrailingEdge::Sharp } else { TrailingEdge::Blunt }
+    }
+
+    pub(super) fn parameters(&self) -> Vec<(String, f64)> {
+        let named = |side: &'static str, values: &[f64]| {
+            values.iter().enumerate().map(|(i, &v)| (format!("{side}_{i}"), v)).collect::<Vec<_>>()
+        };
+        let mut all = named("upper", &self.upper);
+        all.extend(named("lower", &self.lower));
+        if self.trailing_edge() == TrailingEdge::Blunt {
+            all.push(("trailing_edge_gap".into(), self.gap));
+        }
+        all
+    }
+
+    pub(super) fn build<S: Scalar>(&self, parameters: &[S]) -> Result<Section<S>, SectionError> {
+        let coefficients = self.upper.len() + self.lower.len();
+        let blunt = self.trailing_edge() == TrailingEdge::Blunt;
+        let expected = coefficients + usize::from(blunt);
+        if parameters.len() != expected {
+            return Err(SectionError::ParameterCount { expected, found: parameters.len() });
+        }
+        let (upper, rest) = parameters.split_at(self.upper.len());
+        let (lower, gap) = rest.split_at(self.lower.len());
+        let gap = gap.first().copied().unwrap_or(S::from(0.0));
+        analytic_section(self.control_points, self.nose_share(), self.trailing_edge(), "Kulfan", |x, surface| {
+            let (coefficients, half_gap) = match surface {
+                Surface::Upper => (upper, gap * 0.5),
+                Surface::Lower => (lower, -gap * 0.5),
+            };
+            let mut ordinate = half_gap * x;
+            for (r, coefficient) in coefficients.iter().enumerate() {
+                ordinate += *coefficient * basis(self.class, coefficients.len() - 1, r, x);
+            }
+            [S::from(x), ordinate]
+        })
+    }
+
+    /// The share of the parameter that the upper surface takes: in proportion to the leading coefficients, so that
+    /// the spline passes the nose at one speed (`dy/du` is continuous there). Even where that would be lopsided.
+    fn nose_share(&self) -> f64 {
+        let (up, down) = (self.upper[0], -self.lower[0]);
+        let share = up / (up + down);
+        if up > 0.0 && down > 0.0 && (0.2..=0.8).contains(&share) { share } else { 0.5 }
+    }
+}
+
+/// Class function times Bernstein polynomial `r` of degree `n`, at a constant station in [0, 1].
+fn basis(class: [f64; 2], n: usize, r: usize, x: f64) -> f64 {
+    let mut binomial = 1.0;
+    for k in 0..r {
+        binomial *= (n - k) as f64 / (k + 1) as f64;
+    }
+    let powers = x.powi(r as i32) * (1.0 - x).powi((n - r) as i32);
+    x.powf(class[0]) * (1.0 - x).powf(class[1]) * binomial * powers
+}
+
+/// Points a surface is compared at.
+const SAMPLES: usize = 200;
+
+/// The Kulfan section (class 0.5, 1) with the given numbers of coefficients that fits a section best: least squares of
+/// the ordinates in the section's chord frame, at cosine-spaced points of each surface.
+///
+/// The gap is that of the section.
+///
+/// # Errors
+/// A section without a chord, no coefficients, or more coefficients than the points determine.
+pub fn fit_kulfan(section: &Section<f64>, upper: usize, lower: usize) -> Result<KulfanFit, SectionError> {
+    let class = [0.5, 1.0];
+    let frame = section.chord_frame()?;
+    let scale = 1.0 / frame.chord;
+    let gap = match section.trailing_edge() {
+        TrailingEdge::Sharp => 0.0,
+        TrailingEdge::Blunt => section.trailing_edge_gap()? * scale,
+    };
+    let (first, last) = section.curve().domain();
+    let mut coefficients = [vec![], vec![]];
+    let (mut squares, mut maximum, mut count) = (0.0, 0.0f64, 0);
+    for (side, (n, end, sign)) in [(upper, first, 1.0), (lower, last, -1.0)].into_iter().enumerate() {
+        let key = ["upper", "lower"][side];
+        if n == 0 {
+            return Err(SectionError::KulfanKey { key: key.into(), problem: super::KeyProblem::Empty });
+        }
+        let mut points = vec![];
+        for u in surface_parameters(section, end) {
+            let [x, y] = frame.coordinates(section.curve().point_at(u)).map(|c| c * scale);
+            // the class function exists on the chord only
+            if x > 0.0 && x < 1.0 {
+                points.push((x, y - sign * 0.5 * gap * x));
+            }
+        }
+        let matrix = DMatrix::from_fn(points.len(), n, |i, r| basis(class, n - 1, r, points[i].0));
+        let right = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
+        let solution = solve_least_squares(&matrix, &right)
+            .ok_or(SectionError::NoMeasure { measure: "Kulfan fit", reason: MeasureProblem::Singular })?;
+        let residual = &matrix * &solution - right;
+        squares += residual.norm_squared();
+        maximum = maximum.max(residual.amax());
+        count += points.len();
+        coefficients[side] = solution.as_slice().to_vec();
+    }
+    let [upper, lower] = coefficients;
+    let kulfan = Kulfan::new(upper, lower)?.with_gap(gap)?;
+    Ok(KulfanFit { kulfan, rms: (squares / count.max(1) as f64).sqrt(), maximum })
+}
+
+/// Parameters of one surface from the nose to `end`, spaced as the knots are.
+fn surface_parameters(section: &Section<f64>, end: f64) -> Vec<f64> {
+    let nose = section.nose_parameter();
+    let (low, high) = (nose.min(end), nose.max(end));
+    section.parameters(4 * SAMPLES).into_iter().filter(|u| (low..=high).contains(u)).collect()
+}
+
+/// Least squares by QR; `None` where the columns are dependent to round-off.
+fn solve_least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    if matrix.nrows() < matrix.ncols() {
+        return None;
+    }
+    let qr = matrix.clone().qr();
+    let r = qr.r();
+    let diagonal = r.diagonal();
+    if diagonal.iter().any(|d| d.abs() <= 1e-13 * diagonal.amax()) {
+        return None;
+    }
+    r.solve_upper_triangular(&(qr.q().transpose() * right))
+}

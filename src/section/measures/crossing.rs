@@ -1,0 +1,267 @@
+//! Does the outline cross itself?
+//!
+//! The curve is cut into Bézier pieces, and pairs of pieces are halved until their hulls part or both are straight to
+//! round-off, so that no loop is too small or too flat to be seen. Pieces that share an end are told apart by
+//! directions: legs of control polygons that all lie within a half plane cannot return to where they came from.
+
+use crate::section::Section;
+use crate::spline::BSplineCurve;
+
+/// A crossing of the outline with itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// The smaller parameter.
+    pub first: f64,
+    /// The larger parameter.
+    pub second: f64,
+    /// Where the two branches meet.
+    pub point: [f64; 2],
+}
+
+impl Section<f64> {
+    /// A crossing (or touching) of the curve with itself or, for a blunt trailing edge, of the curve with itself only;
+    /// `None` where there is none. The common end point of a sharp trailing edge is no crossing.
+    ///
+    /// Loops and gaps down to about 1e-9 of the size of the section are told apart.
+    pub fn self_intersection(&self) -> Option<Crossing> {
+        curve_crossing(self.curve())
+    }
+}
+
+/// A Bézier piece on a parameter interval.
+#[derive(Debug, Clone)]
+struct Piece {
+    start: f64,
+    end: f64,
+    points: Vec<[f64; 2]>,
+}
+
+/// How small a part of the size is not looked into any more.
+const RESOLUTION: f64 = 1e-10;
+
+pub(in crate::section) fn curve_crossing(curve: &BSplineCurve<f64>) -> Option<Crossing> {
+    let mut pieces: Vec<Piece> = curve
+        .to_bezier()
+        .ok()?
+        .into_iter()
+        .map(|piece| {
+            let (start, end) = piece.domain();
+            Piece { start, end, points: piece.control_points().to_vec() }
+        })
+        .collect();
+    // so that no two pieces share both ends
+    while pieces.len() < 4 {
+        pieces = pieces.iter().flat_map(|piece| <[Piece; 2]>::from(piece.halves())).collect();
+    }
+    let control = curve.control_points();
+    let closed = control.first() == control.last();
+    let size = bounds(control).iter().fold(0.0f64, |size, side| size.max(side[1] - side[0]));
+    let search = Search { tolerance: RESOLUTION * size, closed };
+    search.within(&pieces)
+}
+
+struct Search {
+    tolerance: f64,
+    closed: bool,
+}
+
+impl Search {
+    /// A crossing within a chain of pieces.
+    fn within(&self, pieces: &[Piece]) -> Option<Crossing> {
+        let mut found = None;
+        for (i, a) in pieces.iter().enumerate() {
+            found = found.or_else(|| self.alone(a));
+            if let Some(b) = pieces.get(i + 1) {
+                found = found.or_else(|| self.neighbours(a, b));
+            }
+        }
+        // sorted by abscissa, only pieces that overlap in it are compared
+        let mut order: Vec<(usize, [[f64; 2]; 2])> =
+            pieces.iter().enumerate().map(|(i, piece)| (i, bounds(&piece.points))).collect();
+        order.sort_by(|a, b| a.1[0][0].total_cmp(&b.1[0][0]));
+        for (k, &(i, [x, _])) in order.iter().enumerate() {
+            for &(j, [other, _]) in &order[k + 1..] {
+                if found.is_some() || other[0] > x[1] {
+                    break;
+                }
+                let (a, b) = (&pieces[i.min(j)], &pieces[i.max(j)]);
+                let ends = self.closed && i.min(j) == 0 && i.max(j) + 1 == pieces.len();
+                found = match i.abs_diff(j) {
+                    // looked at above
+                    0 | 1 => None,
+                    _ if ends => self.tail(a, b),
+                    _ => self.apart(a, b),
+                };
+            }
+        }
+        found
+    }
+
+    /// A loop of one piece.
+    fn alone(&self, piece: &Piece) -> Option<Crossing> {
+        if within_half_plane(legs(&piece.points)) || piece.size() < self.tolerance {
+            return None;
+        }
+        let (a, b) = piece.halves();
+        self.alone(&a).or_else(|| self.alone(&b)).or_else(|| self.neighbours(&a, &b))
+    }
+
+    /// A crossing of two pieces, the second of which starts where the first ends.
+    fn neighbours(&self, a: &Piece, b: &Piece) -> Option<Crossing> {
+        if within_half_plane(legs(&a.points).chain(legs(&b.points))) || a.size().max(b.size()) < self.tolerance {
+            return None;
+        }
+        let ((a1, a2), (b1, b2)) = (a.halves(), b.halves());
+        self.apart(&a1, b).or_else(|| self.apart(&a2, &b2)).or_else(|| self.neighbours(&a2, &b1))
+    }
+
+    /// A crossing of the first and the last piece of a closed curve other than their common end.
+    fn tail(&self, first: &Piece, last: &Piece) -> Option<Crossing> {
+        let origin = first.points[0];
+        let from = |p: &[f64; 2]| [p[0] - origin[0], p[1] - origin[1]];
+        let upper: Vec<_> = first.points[1..].iter().map(from).collect();
+        let lower: Vec<_> = last.points[..last.points.len() - 1].iter().map(from).collect();
+        let turn = |u: &[f64; 2], l: &[f64; 2]| u[0] * l[1] - u[1] * l[0];
+        let turns = || upper.iter().flat_map(|u| lower.iter().map(move |l| turn(u, l)));
+        let acute = within_half_plane(upper.iter().chain(&lower).copied());
+        // two cones with their tips at the trailing edge that do not overlap
+        if (acute && (turns().all(|t| t > 0.0) || turns().all(|t| t < 0.0)))
+            || first.size().max(last.size()) < self.tolerance
+        {
+            return None;
+        }
+        let ((near, far), (far_last, near_last)) = (first.halves(), last.halves());
+        self.apart(&far, last).or_else(|| self.apart(&near, &far_last)).or_else(|| self.tail(&near, &near_last))
+    }
+
+    /// A crossing of two pieces that share no end.
+    fn apart(&self, a: &Piece, b: &Piece) -> Option<Crossing> {
+        if separated(&a.points, &b.points) {
+            return None;
+        }
+        let (sa, sb) = (a.size(), b.size());
+        if sa.max(sb) < self.tolerance {
+            return Some(meeting(a, b, [0.5, 0.5]));
+        }
+        // straight to round-off: the chords decide
+        if a.is_straight() && b.is_straight() {
+            return chords_cross(a, b).map(|at| meeting(a, b, at));
+        }
+        if sa >= sb {
+            let (a1, a2) = a.halves();
+            self.apart(&a1, b).or_else(|| self.apart(&a2, b))
+        } else {
+            let (b1, b2) = b.halves();
+            self.apart(a, &b1).or_else(|| self.apart(a, &b2))
+        }
+    }
+}
+
+impl Piece {
+    /// Largest side of the bounding box.
+    fn size(&self) -> f64 {
+        let [x, y] = bounds(&self.points);
+        (x[1] - x[0]).max(y[1] - y[0])
+    }
+
+    /// De Casteljau at one half.
+    fn halves(&self) -> (Self, Self) {
+        let mut row = self.points.clone();
+        let (mut left, mut right) = (vec![], vec![]);
+        while let (Some(&first), Some(&last)) = (row.first(), row.last()) {
+            left.push(first);
+            right.push(last);
+            row = row.windows(2).map(|w| [0.5 * (w[0][0] + w[1][0]), 0.5 * (w[0][1] + w[1][1])]).collect();
+        }
+        right.reverse();
+        let middle = 0.5 * (self.start + self.end);
+        (Self { start: self.start, end: middle, points: left }, Self { start: middle, end: self.end, points: right })
+    }
+
+    /// Whether the control points deviate from the chord by no more than round-off of their coordinates.
+    fn is_straight(&self) -> bool {
+        let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
+        let along = [last[0] - first[0], last[1] - first[1]];
+        let chord = along[0].hypot(along[1]);
+        let magnitude = self.points.iter().flatten().fold(0.0f64, |m, c| m.max(c.abs()));
+        self.points.iter().all(|p| {
+            let v = [p[0] - first[0], p[1] - first[1]];
+            (along[0] * v[1] - along[1] * v[0]).abs() <= 2.0 * f64::EPSILON * magnitude * chord
+        })
+    }
+}
+
+/// Extent in each direction: smallest and largest coordinate.
+fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for point in points {
+        for (side, c) in bounds.iter_mut().zip(point) {
+            *side = [side[0].min(*c), side[1].max(*c)];
+        }
+    }
+    bounds
+}
+
+/// Legs of a control polygon that have a length.
+fn legs(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    points.windows(2).map(|w| [w[1][0] - w[0][0], w[1][1] - w[0][1]]).filter(|v| v[0] != 0.0 || v[1] != 0.0)
+}
+
+/// Whether all vectors make an acute angle with their sum of directions, so that a path of them never turns back.
+fn within_half_plane(vectors: impl Iterator<Item = [f64; 2]>) -> bool {
+    let unit: Vec<[f64; 2]> = vectors
+        .map(|v| {
+            let length = v[0].hypot(v[1]);
+            [v[0] / length, v[1] / length]
+        })
+        .collect();
+    let sum = unit.iter().fold([0.0; 2], |s, v| [s[0] + v[0], s[1] + v[1]]);
+    let length = sum[0].hypot(sum[1]);
+    unit.iter().all(|v| v[0] * sum[0] + v[1] * sum[1] > 1e-3 * length)
+}
+
+/// Whether some line along or across an axis or the chord of either piece separates two hulls.
+fn separated(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
+    let chord = |p: &[[f64; 2]]| {
+        let (first, last) = (p[0], p[p.len() - 1]);
+        [last[0] - first[0], last[1] - first[1]]
+    };
+    let (ca, cb) = (chord(a), chord(b));
+    let axes = [[1.0, 0.0], [0.0, 1.0], [-ca[1], ca[0]], [-cb[1], cb[0]], ca, cb];
+    axes.into_iter().any(|axis| {
+        let range = |points: &[[f64; 2]]| {
+            points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, p| {
+                // relative to a common point, so that nothing cancels
+                let t = (p[0] - a[0][0]) * axis[0] + (p[1] - a[0][1]) * axis[1];
+                [r[0].min(t), r[1].max(t)]
+            })
+        };
+        let (ra, rb) = (range(a), range(b));
+        ra[1] < rb[0] || rb[1] < ra[0]
+    })
+}
+
+/// Where the chords of two pieces cross: the shares of each.
+fn chords_cross(a: &Piece, b: &Piece) -> Option<[f64; 2]> {
+    let (p, q) = (a.points[0], b.points[0]);
+    let ends = |piece: &Piece| piece.points[piece.points.len() - 1];
+    let (u, v) = (ends(a), ends(b));
+    let (d, e) = ([u[0] - p[0], u[1] - p[1]], [v[0] - q[0], v[1] - q[1]]);
+    let between = [q[0] - p[0], q[1] - p[1]];
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let determinant = cross(d, e);
+    if determinant == 0.0 {
+        // on one line, since the hulls were not separated
+        return Some([0.5, 0.5]);
+    }
+    let at = [cross(between, e) / determinant, cross(between, d) / determinant];
+    at.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(t)).then_some(at)
+}
+
+fn meeting(a: &Piece, b: &Piece, at: [f64; 2]) -> Crossing {
+    let parameter = |piece: &Piece, t: f64| piece.start + (piece.end - piece.start) * t;
+    let (u, v) = (parameter(a, at[0]), parameter(b, at[1]));
+    let (first, last) = (a.points[0], a.points[a.points.len() - 1]);
+    let point = [0, 1].map(|d| first[d] + (last[d] - first[d]) * at[0]);
+    Crossing { first: u.min(v), second: u.max(v), point }
+}

@@ -1,0 +1,304 @@
+//! Thickness and camber: at a station, and their largest values.
+
+use super::{ChordFrame, real_point_and_tangent};
+use crate::differentiate::lift_root;
+use crate::scalar::Scalar;
+use crate::section::{MeasureProblem, Section, SectionError};
+use crate::spline::BSplineCurve;
+use num_dual::{Dual64, DualSVec64};
+
+/// Below this camber, in chords, a section counts as symmetric.
+const NO_CAMBER: f64 = 1e-12;
+
+/// Thickness is the difference of the surfaces, camber their mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Thickness,
+    Camber,
+}
+
+impl Kind {
+    fn combine<S: Scalar>(self, upper: S, lower: S) -> S {
+        match self {
+            Self::Thickness => upper - lower,
+            Self::Camber => (upper + lower) * 0.5,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Thickness => "thickness",
+            Self::Camber => "camber",
+        }
+    }
+}
+
+/// Refuses a station outside of the open interval (0, 1).
+pub(super) fn check_station(measure: &'static str, station: f64) -> Result<(), SectionError> {
+    if 0.0 < station && station < 1.0 {
+        Ok(())
+    } else {
+        Err(SectionError::NoMeasure { measure, reason: MeasureProblem::StationOutOfRange { station } })
+    }
+}
+
+impl<S: Scalar> Section<S> {
+    /// Thickness (upper minus lower ordinate) at a station of the chord axis, in chords between 0 and 1.
+    ///
+    /// Where a surface passes the station more than once, the passage nearest to the nose along the curve counts.
+    ///
+    /// # Errors
+    /// A station outside of (0, 1), or one that a surface does not reach.
+    pub fn thickness_at(&self, station: f64) -> Result<S, SectionError> {
+        self.at_station(Kind::Thickness, station)
+    }
+
+    /// Camber (mean of upper and lower ordinate) at a station of the chord axis, in chords between 0 and 1.
+    ///
+    /// # Errors
+    /// As [`thickness_at`](Self::thickness_at).
+    pub fn camber_at(&self, station: f64) -> Result<S, SectionError> {
+        self.at_station(Kind::Camber, station)
+    }
+
+    /// Station (in chords) and value of the largest thickness.
+    ///
+    /// Where two maxima tie the station jumps and the value has a kink.
+    ///
+    /// # Errors
+    /// No isolated maximum between nose and trailing edge.
+    pub fn maximum_thickness(&self) -> Result<[S; 2], SectionError> {
+        self.extreme(Kind::Thickness)
+    }
+
+    /// Station (in chords) and value of the camber of largest magnitude.
+    ///
+    /// Where two extremes tie the station jumps and the value has a kink.
+    ///
+    /// # Errors
+    /// No isolated extreme, in particular a symmetric section; see [`camber`](Self::camber).
+    pub fn maximum_camber(&self) -> Result<[S; 2], SectionError> {
+        self.extreme(Kind::Camber)
+    }
+
+    /// The camber of largest magnitude, with its sign.
+    ///
+    /// A section with less than 1e-12 chords of camber everywhere has no place of largest camber; its camber is taken
+    /// at half the chord, with the derivatives of that. (The largest camber has a kink there.)
+    ///
+    /// # Errors
+    /// No isolated extreme of a camber that is not zero.
+    pub fn camber(&self) -> Result<S, SectionError> {
+        let real = self.real();
+        let frame = real.chord_frame()?;
+        let samples = Samples::new(real.curve(), &frame, real.nose_parameter());
+        match samples.best(real.curve(), &frame, Kind::Camber) {
+            Some((_, value)) if value.abs() > NO_CAMBER * frame.chord => Ok(self.maximum_camber()?[1]),
+            _ => self.camber_at(0.5),
+        }
+    }
+
+    fn at_station(&self, kind: Kind, station: f64) -> Result<S, SectionError> {
+        check_station(kind.name(), station)?;
+        let frame = self.chord_frame()?;
+        let real = self.curve().real();
+        let samples = Samples::new(&real, &frame.real(), self.nose_parameter());
+        let mut ordinates = [S::from(0.0); 2];
+        for (ordinate, (surface, name)) in
+            ordinates.iter_mut().zip([(&samples.upper, "upper"), (&samples.lower, "lower")])
+        {
+            let missing = SectionError::NoMeasure {
+                measure: kind.name(),
+                reason: MeasureProblem::NoStation { surface: name, station },
+            };
+            let (u, slope) = solve_station(&real, &frame.real(), surface, station).ok_or(missing)?;
+            let u = lift_root(u, slope, |u| frame.coordinates(self.curve().evaluate(u))[0] - frame.chord * station);
+            *ordinate = frame.coordinates(self.curve().evaluate(u))[1];
+        }
+        Ok(kind.combine(ordinates[0], ordinates[1]))
+    }
+
+    fn extreme(&self, kind: Kind) -> Result<[S; 2], SectionError> {
+        let missing = SectionError::NoMeasure { measure: kind.name(), reason: MeasureProblem::NoExtreme };
+        let frame = self.chord_frame()?;
+        let real_frame = frame.real();
+        let real = self.curve().real();
+        let samples = Samples::new(&real, &real_frame, self.nose_parameter());
+        let (start, value) = samples.best(&real, &real_frame, kind).ok_or(missing.clone())?;
+        if kind == Kind::Camber && value.abs() <= NO_CAMBER * real_frame.chord {
+            return Err(missing);
+        }
+        let (u, inverse) = solve_extreme(&real, &real_frame, kind, start, value).ok_or(missing)?;
+        let at = |u: S| {
+            let (point, tangent) = self.curve().point_and_tangent(u);
+            (frame.coordinates(point), frame.components(tangent))
+        };
+        let mut lifted = u.map(S::from);
+        for _ in 0..S::NDERIV {
+            let r = stationarity(at(lifted[0]), at(lifted[1]), kind);
+            lifted = [
+                lifted[0] - r[0] * inverse[0][0] - r[1] * inverse[0][1],
+                lifted[1] - r[0] * inverse[1][0] - r[1] * inverse[1][1],
+            ];
+        }
+        let (upper, lower) = (at(lifted[0]).0, at(lifted[1]).0);
+        Ok([upper[0] / frame.chord, kind.combine(upper[1], lower[1])])
+    }
+}
+
+/// Both surfaces at a dense set of parameters, nose first: `(u, station, ordinate)` in the chord frame.
+struct Samples {
+    upper: Vec<[f64; 3]>,
+    lower: Vec<[f64; 3]>,
+}
+
+impl Samples {
+    fn new(curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, nose: f64) -> Self {
+        let sample = |u: f64| {
+            let [x, y] = frame.coordinates(curve.point_at(u));
+            [u, x, y]
+        };
+        let parameters = super::dense_parameters(curve);
+        let mut upper = vec![sample(nose)];
+        let mut lower = upper.clone();
+        upper.extend(parameters.iter().rev().filter(|&&u| u < nose).map(|&u| sample(u)));
+        lower.extend(parameters.iter().filter(|&&u| u > nose).map(|&u| sample(u)));
+        Self { upper, lower }
+    }
+
+    /// Parameters on the two surfaces and value of the upper sample where it is largest in magnitude.
+    fn best(&self, curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, kind: Kind) -> Option<([f64; 2], f64)> {
+        let mut best: Option<([f64; 2], f64)> = None;
+        let mut segment = 0;
+        for &[u, x, y] in &self.upper[1..] {
+            // both surfaces advance from the nose, as a rule monotonically
+            while segment + 2 < self.lower.len() && self.lower[segment + 1][1] < x {
+                segment += 1;
+            }
+            let &[a, b] = self.lower.get(segment..segment + 2)? else { return None };
+            let share = (x - a[1]) / (b[1] - a[1]);
+            if !(0.0..=1.0).contains(&share) {
+                continue;
+            }
+            let (opposite, ordinate) = same_station(curve, frame, [a[0], b[0]], share, x);
+            let value = kind.combine(y, ordinate);
+            if best.is_none_or(|(_, other)| value.abs() > other.abs()) {
+                best = Some(([u, opposite], value));
+            }
+        }
+        best
+    }
+}
+
+/// Parameter and ordinate of the point with abscissa `x` between two samples, by a few Newton steps from a share.
+fn same_station(curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, ends: [f64; 2], share: f64, x: f64) -> (f64, f64) {
+    let mut u = ends[0] + share * (ends[1] - ends[0]);
+    for _ in 0..4 {
+        let (point, tangent) = curve.point_and_tangent(u);
+        let step = (frame.coordinates(point)[0] - x) / frame.components(tangent)[0];
+        if step.is_finite() {
+            u = (u - step).clamp(ends[0].min(ends[1]), ends[0].max(ends[1]));
+        }
+    }
+    (u, frame.coordinates(curve.point_at(u))[1])
+}
+
+/// Parameter and `dx/du` at which a surface first reaches a station (in chords), counted from the nose.
+fn solve_station(
+    curve: &BSplineCurve<f64>,
+    frame: &ChordFrame<f64>,
+    surface: &[[f64; 3]],
+    station: f64,
+) -> Option<(f64, f64)> {
+    let target = station * frame.chord;
+    let at = |u: f64| {
+        let (point, tangent) = real_point_and_tangent(curve, Dual64::from(u));
+        let (point, tangent) = (point.map(|c| c.re), tangent.map(|c| c.re));
+        (frame.coordinates(point)[0] - target, frame.components(tangent)[0])
+    };
+    let pair = surface.windows(2).find(|pair| pair[0][1] <= target && pair[1][1] > target)?;
+    // x rises from `low` to `high`, whichever parameter is larger
+    let (mut low, mut high) = (pair[0][0], pair[1][0]);
+    let mut u = 0.5 * (low + high);
+    for _ in 0..200 {
+        let (value, slope) = at(u);
+        if value == 0.0 {
+            break;
+        }
+        if value < 0.0 {
+            low = u
+        } else {
+            high = u
+        }
+        let newton = u - value / slope;
+        let inside = (newton - low) * (newton - high) < 0.0;
+        let next = if inside { newton } else { 0.5 * (low + high) };
+        if next == u || (high - low).abs() <= f64::EPSILON {
+            break;
+        }
+        u = next;
+    }
+    let slope = at(u).1;
+    (slope.is_finite() && slope != 0.0).then_some((u, slope))
+}
+
+/// Equal station and, for the extreme, `y_u' x_l' = ± y_l' x_u'` at a point of each surface (in the chord frame).
+fn stationarity<S: Scalar>(upper: ([S; 2], [S; 2]), lower: ([S; 2], [S; 2]), kind: Kind) -> [S; 2] {
+    let (rise_u, rise_l) = (upper.1[1] * lower.1[0], lower.1[1] * upper.1[0]);
+    let stationary = match kind {
+        Kind::Thickness => rise_u - rise_l,
+        Kind::Camber => rise_u + rise_l,
+    };
+    [upper.0[0] - lower.0[0], stationary]
+}
+
+/// Parameters of the extreme and the inverse Jacobian of [`stationarity`] there, by Newton from a sample.
+fn solve_extreme(
+    curve: &BSplineCurve<f64>,
+    frame: &ChordFrame<f64>,
+    kind: Kind,
+    start: [f64; 2],
+    sampled: f64,
+) -> Option<([f64; 2], [[f64; 2]; 2])> {
+    type Pair = DualSVec64<2>;
+    let frame_pair = ChordFrame {
+        origin: frame.origin.map(Pair::from),
+        axis: frame.axis.map(Pair::from),
+        chord: Pair::from(frame.chord),
+    };
+    let at = |u: Pair| {
+        let (point, tangent) = real_point_and_tangent(curve, u);
+        (frame_pair.coordinates(point), frame_pair.components(tangent))
+    };
+    let (first, last) = curve.domain();
+    let mut u = start;
+    let mut previous = f64::INFINITY;
+    for _ in 0..60 {
+        let duals = [Pair::from(u[0]).derivative(0), Pair::from(u[1]).derivative(1)];
+        let (upper, lower) = (at(duals[0]), at(duals[1]));
+        let r = stationarity(upper, lower, kind);
+        let j = r.map(|r| r.eps.0.map_or([0.0; 2], |e| [e[0], e[1]]));
+        let determinant = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        if determinant == 0.0 || !determinant.is_finite() {
+            return None;
+        }
+        let inverse =
+            [[j[1][1] / determinant, -j[0][1] / determinant], [-j[1][0] / determinant, j[0][0] / determinant]];
+        let step = inverse.map(|row| row[0] * r[0].re + row[1] * r[1].re);
+        let size = step[0].abs().max(step[1].abs());
+        // quadratic convergence ends where steps no longer shrink
+        if size <= 1e-9 && size >= 0.5 * previous || size <= f64::EPSILON {
+            let value = kind.combine(upper.0[1].re, lower.0[1].re);
+            // an extreme is no smaller than what was sampled, to round-off
+            let kept = value.abs() >= sampled.abs() - 1e-13 * frame.chord && value * sampled > 0.0;
+            let inside = first < u[0] && u[0] < u[1] && u[1] < last;
+            return (kept && inside).then_some((u, inverse));
+        }
+        previous = size;
+        for (u, step) in u.iter_mut().zip(step) {
+            // never out of the curve
+            *u = (*u - step.clamp(-0.02, 0.02) * (last - first)).clamp(first, last);
+        }
+    }
+    None
+}

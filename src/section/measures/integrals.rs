@@ -1,0 +1,100 @@
+//! Area, centroid, second moments and perimeter.
+//!
+//! Contour integrals of the polynomial pieces, exact by Gauss quadrature of sufficient order. They are taken about the
+//! first control point, so that nothing cancels far from the origin, and in the radial form `x dy − y dx`, to which the
+//! base of a blunt trailing edge contributes nothing.
+
+use crate::scalar::Scalar;
+use crate::section::{MeasureProblem, Section, SectionError, TrailingEdge};
+use crate::spline::GaussRule;
+
+/// Second moments of area about the centroid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SecondMoments<S> {
+    /// `∫ (y − ȳ)² dA`: bending about the x direction.
+    pub xx: S,
+    /// `∫ (x − x̄)² dA`: bending about the y direction.
+    pub yy: S,
+    /// `∫ (x − x̄)(y − ȳ) dA`.
+    pub xy: S,
+}
+
+impl<S: Scalar> Section<S> {
+    /// Enclosed area, exact for the spline; positive for the counter-clockwise outline of a section.
+    pub fn area(&self) -> S {
+        self.moment(1, |_| S::from(1.0)) / 2.0
+    }
+
+    /// Centroid of the enclosed area, exact for the spline.
+    ///
+    /// # Errors
+    /// An area that is not positive.
+    pub fn centroid(&self) -> Result<[S; 2], SectionError> {
+        let area = self.positive_area("centroid")?;
+        let origin = self.trailing_edge_points()[0];
+        let first = [self.moment(2, |p| p[0]) / 3.0, self.moment(2, |p| p[1]) / 3.0];
+        Ok([origin[0] + first[0] / area, origin[1] + first[1] / area])
+    }
+
+    /// Second moments of area about the centroid, exact for the spline.
+    ///
+    /// # Errors
+    /// An area that is not positive.
+    pub fn second_moments(&self) -> Result<SecondMoments<S>, SectionError> {
+        let area = self.positive_area("second moment")?;
+        let (x, y) = (self.moment(2, |p| p[0]) / 3.0, self.moment(2, |p| p[1]) / 3.0);
+        // Steiner
+        let about = |second: S, first: S| second / 4.0 - first / area;
+        Ok(SecondMoments {
+            xx: about(self.moment(3, |p| p[1] * p[1]), y * y),
+            yy: about(self.moment(3, |p| p[0] * p[0]), x * x),
+            xy: about(self.moment(3, |p| p[0] * p[1]), x * y),
+        })
+    }
+
+    /// Length of the outline, with the base of a blunt trailing edge, to about 1e-14 of itself.
+    ///
+    /// # Errors
+    /// A derivative is asked for where the curve stands still, or where the base of a blunt trailing edge has no length.
+    pub fn perimeter(&self) -> Result<S, SectionError> {
+        let curve = self.curve().arc_lengths()?.total();
+        if self.trailing_edge() == TrailingEdge::Sharp {
+            return Ok(curve);
+        }
+        let [a, b] = self.trailing_edge_points();
+        let base = [a[0] - b[0], a[1] - b[1]];
+        if S::NDERIV > 0 && base[0].re() == 0.0 && base[1].re() == 0.0 {
+            let reason = MeasureProblem::Singular;
+            return Err(SectionError::NoMeasure { measure: "derivative of the perimeter", reason });
+        }
+        Ok(curve + super::frame::length(base))
+    }
+
+    fn positive_area(&self, measure: &'static str) -> Result<S, SectionError> {
+        let area = self.area();
+        // written so that NaN fails
+        if area.re() > 0.0 {
+            Ok(area)
+        } else {
+            Err(SectionError::NoMeasure { measure, reason: MeasureProblem::NoArea { area: area.re() } })
+        }
+    }
+
+    /// `∮ f(p) (x dy − y dx)` with `p = (x, y)` from the first control point; `f` is of degree `order - 1` in `p`.
+    fn moment(&self, order: usize, f: impl Fn([S; 2]) -> S) -> S {
+        let curve = self.curve();
+        let origin = self.trailing_edge_points()[0];
+        // the integrand has degree (order + 1) p − 1 on each span, n points are exact to 2n − 1
+        let rule = GaussRule::new((curve.degree() * (order + 1)).div_ceil(2));
+        let mut sum = S::from(0.0);
+        for (_, start, end) in curve.knots().spans() {
+            for (u, weight) in rule.on(start, end) {
+                let [x, y] = curve.point_at(u);
+                let p = [x - origin[0], y - origin[1]];
+                let [dx, dy] = curve.tangent_at(u);
+                sum += f(p) * (p[0] * dy - p[1] * dx) * weight;
+            }
+        }
+        sum
+    }
+}
