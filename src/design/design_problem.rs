@@ -232,10 +232,9 @@ impl DesignProblem {
     }
 
     fn clear_slopes(&mut self) {
-        for (slope, len) in [
-            (&mut self.work.net_slope, self.work.net.len()),
-            (&mut self.work.point_slope, self.work.points.len()),
-        ] {
+        for (slope, len) in
+            [(&mut self.work.net_slope, self.work.net.len()), (&mut self.work.point_slope, self.work.points.len())]
+        {
             slope.clear();
             slope.resize(len, [0.0; 2]);
         }
@@ -388,7 +387,7 @@ impl DesignProblem {
                     }
                 }
                 (Quantity::FoldPenalty, Some(penalty)) if linear => {
-                    let mut of_net = DMatrix::zeros(2 * self.work.net.len(), 2 * self.work.net.len());
+                    let mut of_net = self.net_matrix();
                     penalty.add_hessian(&self.work.net, &mut of_net);
                     self.project(&of_net, weight, &mut total);
                 }
@@ -401,12 +400,38 @@ impl DesignProblem {
             let (_, _, hessian) = differentiate::hessian(&part, &self.work.values)?;
             total += hessian;
         }
+        self.scale_both(&mut total);
+        Ok(total)
+    }
+
+    /// The distortion of the box plus the identity: steps that keep the cells' areas may be long.
+    fn distortion(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        if !self.geometry.is_linear() {
+            return None;
+        }
+        self.set_scaled(x);
+        self.deform_in_place();
+        let mut of_net = self.net_matrix();
+        self.instruments.penalty.as_ref()?.add_distortion(&self.work.net, &mut of_net);
+        let mut metric = DMatrix::zeros(x.len(), x.len());
+        self.project(&of_net, 1.0, &mut metric);
+        self.scale_both(&mut metric);
+        (0..x.len()).for_each(|k| metric[(k, k)] += 1.0);
+        Some(metric)
+    }
+
+    /// A zero matrix over the components of the net.
+    fn net_matrix(&self) -> DMatrix<f64> {
+        DMatrix::zeros(2 * self.work.net.len(), 2 * self.work.net.len())
+    }
+
+    /// Second derivatives in the variables' own units → in scaled variables.
+    fn scale_both(&self, matrix: &mut DMatrix<f64>) {
         for (i, a) in self.geometry.variables().iter().enumerate() {
             for (j, b) in self.geometry.variables().iter().enumerate() {
-                total[(i, j)] *= a.scale * b.scale;
+                matrix[(i, j)] *= a.scale * b.scale;
             }
         }
-        Ok(total)
     }
 
     /// `total += weight · motionᵀ hessian motion`, all of them sparse.
@@ -475,5 +500,8 @@ impl Problem for DesignProblem {
     }
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         Some(self.try_hessian(x).map_err(AnalysisFailure::from))
+    }
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.distortion(x)
     }
 }

@@ -41,7 +41,9 @@ pub enum DesignError {
         value: f64,
     },
     /// A mirrored box must be symmetric about the chord line.
-    #[error("the box is not symmetric about the chord line (y = 0): control point [{column}, {row}] has no mirror image")]
+    #[error(
+        "the box is not symmetric about the chord line (y = 0): control point [{column}, {row}] has no mirror image"
+    )]
     NotSymmetric {
         /// Column of the control point.
         column: usize,

@@ -127,9 +127,8 @@ impl BoxMotion {
     /// Equations that no group responds to hold by themselves (a nose on the mirror line cannot move up).
     fn choose_compensators(&mut self, pins: &LinearMap) {
         let equations = 2 * pins.outputs();
-        let mut matrix: Vec<Vec<f64>> = (0..equations)
-            .map(|e| (0..self.groups.len()).map(|g| self.response(pins, e, g)).collect())
-            .collect();
+        let mut matrix: Vec<Vec<f64>> =
+            (0..equations).map(|e| (0..self.groups.len()).map(|g| self.response(pins, e, g)).collect()).collect();
         let mut open: Vec<usize> = (0..equations).collect();
         while !open.is_empty() {
             let mut best = (0, 0, 0.0f64);

@@ -74,4 +74,9 @@ pub trait Problem {
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure>;
     /// Exact Hessian (n × n) of the objective at `x`; `None` where the problem does not offer second derivatives.
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>>;
+    /// A symmetric positive definite matrix M (n × n) that measures steps: a second-order model is trusted for steps
+    /// `s` with `sᵀ M s` up to some square radius. `None`, the default, is the identity.
+    fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
+        None
+    }
 }

@@ -281,6 +281,26 @@ impl<const D: usize> BoxPenalty<D> {
 }
 
 impl BoxPenalty<2> {
+    /// Adds Σ ∇A ∇Aᵀ / A₀² over all triangles to `metric` (rows as in [`add_hessian`](Self::add_hessian)): the squared
+    /// relative change of the areas, a measure of how far a movement of the net distorts it.
+    pub fn add_distortion(&self, net: &[[f64; 2]], metric: &mut DMatrix<f64>) {
+        for (star, initial) in self.stars.iter().zip(&self.initial) {
+            for ((neighbours, _), area) in star.simplices.iter().zip(initial) {
+                let corners = [0, neighbours[0], neighbours[1]].map(|position| star.points[position]);
+                let seeded: [[DualSVec64<8>; 2]; 3] = std::array::from_fn(|slot| {
+                    std::array::from_fn(|d| DualSVec64::from_re(net[corners[slot]][d]).derivative(2 * slot + d))
+                });
+                let Some(slope) = simplex_measure(seeded[0], [seeded[1], seeded[2]]).eps.0 else { continue };
+                for a in 0..6 {
+                    for b in 0..6 {
+                        let (row, column) = (2 * corners[a / 2] + a % 2, 2 * corners[b / 2] + b % 2);
+                        metric[(row, column)] += slope[a] * slope[b] / (area * area);
+                    }
+                }
+            }
+        }
+    }
+
     /// Adds the Hessian with respect to the control points to `hessian`; component `d` of point `i` is row `2 i + d`.
     ///
     /// The kernel of one control point sees at most five points, ten coordinates.

@@ -12,13 +12,15 @@ use crate::design::motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
 use crate::design::quantity::{Instruments, Quantity};
 use crate::design::{Bounds, Constraint, DesignError, DesignProblem, ShapeError, ShapeNorm};
 use crate::ffd::{FfdBox, FfdError, FoldPenalty, Placement};
-use crate::section::{Kulfan, Section, SectionDefinition, TrailingEdge};
+use crate::section::{Coordinates, Kulfan, Section, SectionDefinition, TrailingEdge};
 use std::path::Path;
 
 /// Builds the case; every error names the key it comes from.
 pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {
     if table.name.is_empty() || !table.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
-        return Err(document.error(&["name"], "a name is made of letters, digits, '-', '_' and '.' (it names a folder)"));
+        return Err(
+            document.error(&["name"], "a name is made of letters, digits, '-', '_' and '.' (it names a folder)")
+        );
     }
     let geometry = geometry(document, &table, folder)?;
     let target = match &table.target {
@@ -73,7 +75,13 @@ fn definition(
         SectionDefinition::Kulfan(kulfan)
     } else {
         let path = folder.join(table.file.as_deref().unwrap_or_default());
-        SectionDefinition::file(&path, table.fit_tolerance).map_err(wrong)?
+        let mut coordinates = Coordinates::read(&path).map_err(wrong)?;
+        if let Some(tolerance) = table.fit_tolerance {
+            coordinates = coordinates
+                .with_fit_tolerance(tolerance)
+                .map_err(|e| document.error(&[key, "fit_tolerance"], e.to_string()))?;
+        }
+        SectionDefinition::Coordinates(coordinates)
     };
     if table.fit_tolerance.is_some() && table.file.is_none() {
         return Err(document.error(&[key, "fit_tolerance"], "only coordinates from a `file` are fitted"));
@@ -103,7 +111,13 @@ fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseErr
         _ => return Err(document.error(&["box"], "give either `x` and `y`, or `corners`, or `points`")),
     };
     result.map_err(|error| {
-        let shape = if table.x.is_some() { "x" } else if table.corners.is_some() { "corners" } else { "points" };
+        let shape = if table.x.is_some() {
+            "x"
+        } else if table.corners.is_some() {
+            "corners"
+        } else {
+            "points"
+        };
         let key = match &error {
             FfdError::Range { axis, .. } => ["x", "y"][*axis.min(&1)],
             FfdError::Direction { .. } => "degree",
@@ -405,10 +419,9 @@ impl Initial<'_> {
                 Bounds { lower: value, upper: value }
             }
             (None, None, None) => return Err(self.document.error(&path, "give `min`, `max` or `equal`")),
-            (None, min, max) => Bounds {
-                lower: limit("min", min, f64::NEG_INFINITY)?,
-                upper: limit("max", max, f64::INFINITY)?,
-            },
+            (None, min, max) => {
+                Bounds { lower: limit("min", min, f64::NEG_INFINITY)?, upper: limit("max", max, f64::INFINITY)? }
+            }
             _ => return Err(self.document.error(&path, "`equal` goes with neither `min` nor `max`")),
         };
         if bounds.lower > bounds.upper {

@@ -54,28 +54,30 @@ impl Document {
         1 + self.text.as_bytes().iter().take(offset).filter(|b| **b == b'\n').count()
     }
 
-    /// Dotted path of the innermost key whose definition covers a position.
+    /// Dotted path of the innermost key whose name or value covers a position.
     fn key_at(&self, offset: usize) -> Option<String> {
         let root = DeTable::parse(&self.text).ok()?;
-        let mut path = Vec::new();
-        let mut table = root.get_ref();
-        'down: loop {
-            for (key, value) in table.iter() {
-                let span = key.span().start..value.span().end.max(key.span().end);
-                let covered = span.contains(&offset) || value.span().contains(&offset);
-                if let (true, DeValue::Table(inner)) = (covered, value.get_ref()) {
-                    path.push(key.get_ref().to_string());
-                    table = inner;
-                    continue 'down;
-                }
-                if covered {
-                    path.push(key.get_ref().to_string());
-                    return Some(path.join("."));
-                }
-            }
-            return Some(path.join("."));
-        }
+        path_at(root.get_ref(), offset).map(|path| path.join("."))
     }
+}
+
+/// Path of the innermost key that covers a position. The span of a table is its header only, so all are searched.
+fn path_at(table: &DeTable<'_>, offset: usize) -> Option<Vec<String>> {
+    table.iter().find_map(|(key, value)| {
+        let inner = match value.get_ref() {
+            DeValue::Table(inner) => path_at(inner, offset),
+            _ => None,
+        };
+        let covered = key.span().contains(&offset) || value.span().contains(&offset);
+        let mut path = vec![key.get_ref().to_string()];
+        match inner {
+            Some(rest) => {
+                path.extend(rest);
+                Some(path)
+            }
+            None => covered.then_some(path),
+        }
+    })
 }
 
 /// Position of a key: of its last part that exists.

@@ -65,7 +65,8 @@ impl Case {
             return Self::parse(name_or_path, builtin.text, Path::new(""));
         }
         let path = Path::new(name_or_path);
-        let whole = |message: String| CaseError { origin: name_or_path.into(), line: None, key: String::new(), message };
+        let whole =
+            |message: String| CaseError { origin: name_or_path.into(), line: None, key: String::new(), message };
         if !path.exists() {
             let similar = nearest(name_or_path, builtin_cases().iter().map(|c| c.name));
             let hint = similar.map(|s| format!("; did you mean {s}?")).unwrap_or_default();

@@ -228,11 +228,7 @@ pub(crate) struct SelectionTable {
 
 impl From<SelectionTable> for Selection {
     fn from(table: SelectionTable) -> Self {
-        Self {
-            columns: table.columns.map(|i| i.0),
-            rows: table.rows.map(|i| i.0),
-            axis: table.axis.map(Axis::from),
-        }
+        Self { columns: table.columns.map(|i| i.0), rows: table.rows.map(|i| i.0), axis: table.axis.map(Axis::from) }
     }
 }
 
@@ -401,4 +397,3 @@ impl<'de> Deserialize<'de> for Limit {
         deserializer.deserialize_any(Any)
     }
 }
-

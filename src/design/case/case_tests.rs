@@ -1,0 +1,151 @@
+use super::*;
+use crate::design::{Problem, check_gradients};
+
+fn case(text: &str) -> Result<Case, CaseError> {
+    Case::parse("test.toml", text, Path::new(""))
+}
+
+const L2: &str = include_str!("../../../validation/cases/l2-match.toml");
+
+#[test]
+fn builtin_cases_are_named_as_their_files_and_can_be_built() {
+    for builtin in builtin_cases() {
+        let case = Case::open(builtin.name).unwrap();
+        assert_eq!(case.name, builtin.name);
+        assert!(!case.description.is_empty());
+    }
+}
+
+#[test]
+fn gradients_of_every_builtin_case_agree_three_ways() {
+    for builtin in builtin_cases().iter().filter(|c| c.name != "l2-direct") {
+        let mut case = Case::open(builtin.name).unwrap();
+        let mut values = case.problem.start_values();
+        for (k, (value, step)) in values.iter_mut().zip(case.problem.steps()).enumerate() {
+            *value += 0.05 * step * (3.1 * k as f64).sin();
+        }
+        for check in check_gradients(&mut case.problem, &values).unwrap() {
+            assert!(check.agrees(), "{}: {check:?}", builtin.name);
+        }
+    }
+}
+
+#[test]
+fn hessians_agree_with_differenced_gradients() {
+    for name in ["l2-match", "l2-mixed", "mirrored"] {
+        let mut problem = Case::open(name).unwrap().problem;
+        let x: Vec<f64> = problem.start().iter().enumerate().map(|(k, x)| x + 0.05 * (2.3 * k as f64).sin()).collect();
+        let exact = problem.hessian(&x).unwrap().unwrap();
+        let steps = vec![crate::differentiate::StepRange::for_scale(1.0); x.len()];
+        let check =
+            crate::differentiate::finite_difference_jacobian(|x| problem.evaluate(x).map(|e| e.gradient), &x, &steps)
+                .unwrap();
+        for row in 0..x.len() {
+            for column in 0..x.len() {
+                let (a, e) = (exact[(row, column)], check[(row, column)]);
+                let allowed = 3.0 * e.error + 1e-8 * exact.amax();
+                assert!((a - e.value).abs() <= allowed, "{name} {row} {column}: {a} {e:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_objective_alone_is_the_objective_of_the_evaluation() {
+    for name in ["l2-match", "l2-mixed", "skewed-pinned"] {
+        let mut problem = Case::open(name).unwrap().problem;
+        let x: Vec<f64> = problem.start().iter().map(|x| x + 0.01).collect();
+        let evaluation = problem.evaluate(&x).unwrap();
+        let alone = problem.objective(&x).unwrap();
+        assert!((alone - evaluation.objective).abs() <= 1e-14 * alone.abs());
+    }
+}
+
+#[test]
+fn pinned_points_stay_and_a_sharp_edge_stays_closed() {
+    for name in ["mirrored", "skewed-pinned"] {
+        let problem = Case::open(name).unwrap().problem;
+        let start = problem.start_values();
+        let moved: Vec<f64> = start
+            .iter()
+            .zip(problem.steps())
+            .enumerate()
+            .map(|(k, (v, step))| if v == &0.0 { v + 0.3 * step * (1.7 * k as f64).cos() } else { *v })
+            .collect();
+        let (before, after) = (problem.shape(&start).unwrap().section, problem.shape(&moved).unwrap().section);
+        let [a, b] = after.trailing_edge_points();
+        assert_eq!(a, b);
+        for (p, q) in [(before.nose(), after.nose()), (before.trailing_edge_points()[0], a)] {
+            assert!((p[0] - q[0]).abs() < 1e-15 && (p[1] - q[1]).abs() < 1e-15, "{name}: {p:?} {q:?}");
+        }
+        let far: f64 = before.points(50).iter().zip(after.points(50)).map(|(p, q)| (p[1] - q[1]).abs()).sum();
+        assert!(far > 0.01, "nothing moved");
+    }
+}
+
+#[test]
+fn a_mirrored_case_stays_symmetric() {
+    let problem = Case::open("mirrored").unwrap().problem;
+    let values: Vec<f64> = problem.steps().iter().enumerate().map(|(k, s)| 0.3 * s * (k as f64).sin()).collect();
+    let section = problem.shape(&values).unwrap().section;
+    let points = section.curve().control_points();
+    for (p, q) in points.iter().zip(points.iter().rev()) {
+        assert!((p[0] - q[0]).abs() < 1e-15 && (p[1] + q[1]).abs() < 1e-15);
+    }
+}
+
+/// Replaces one line of the L² case; the error must name the line of the replacement and say the words.
+fn complaint(from: &str, to: &str, line: usize, words: &[&str]) {
+    assert!(L2.contains(from), "{from}");
+    let error = case(&L2.replacen(from, to, 1)).err().unwrap_or_else(|| panic!("{to} was accepted"));
+    assert_eq!(error.line, Some(line), "{error}");
+    for word in words {
+        assert!(error.to_string().contains(word), "{error} lacks {word}");
+    }
+}
+
+#[test]
+fn mistakes_are_named_with_line_and_key() {
+    complaint("degree = [3, 3]", "degre = [3, 3]", 18, &["degre", "did you mean `degree`"]);
+    complaint("degree = [3, 3]", "degree = [4, 3]", 18, &["box.degree", "5 control points"]);
+    complaint("degree = [3, 3]", "degree = [3, 0]", 18, &["box.degree", "at least 1"]);
+    complaint("degree = [3, 3]", "degree = [3, -1]", 18, &["box.degree"]);
+    complaint("x = [-0.1, 1.1]", "x = [0.1, 1.1]", 14, &["box", "outside"]);
+    complaint("x = [-0.1, 1.1]", "x = [1.1, -0.1]", 15, &["box.x", "increase"]);
+    complaint("x = [-0.1, 1.1]", "x = [-0.1, nan]", 15, &["box.x", "finite"]);
+    complaint("naca = \"0012\"", "naca = \"00x2\"", 5, &["section.naca"]);
+    complaint("naca = \"0012\"", "naca = 12", 5, &["section.naca", "string"]);
+    complaint("naca = \"0012\"", "file = \"nowhere.dat\"", 5, &["section.file", "nowhere.dat"]);
+    complaint("control_points = 101", "control_points = 3", 7, &["section.control_points"]);
+    complaint("control_points = [4, 4]", "control_points = [4, -4]", 17, &["box.control_points"]);
+    complaint("free = \"all\"", "free = \"most\"", 22, &["variables.free", "most"]);
+    complaint("free = \"all\"", "free = [{ columns = 7 }]", 21, &["variables", "column 7"]);
+    complaint("free = \"all\"", "free = \"none\"", 21, &["variables", "no design variables"]);
+    complaint("free = \"all\"", "free = \"all\"\nparameters = [\"thicknes\"]", 23, &["parameters", "thickness"]);
+    complaint("free = \"all\"", "free = \"all\"\nbounds = { \"dx[0,9]\" = [0, 1] }", 23, &["dx[0,9]", "did you mean"]);
+    complaint("free = \"all\"", "free = \"all\"\nbounds = { y = [0.1, 0.2] }", 23, &["bounds", "order"]);
+    complaint("[objective]", "[fold_penalty]\nalpha = 0.0\n[objective]", 25, &["fold_penalty.alpha", "positive"]);
+    complaint("shape_error = 1.0,", "shape_eror = 1.0,", 25, &["shape_eror"]);
+    complaint("method = \"lbfgs\"", "method = \"bfgs\"", 28, &["optimizer.method", "lbfgs"]);
+    complaint("max_evaluations = 1000", "max_evaluations = 0", 29, &["at least 1"]);
+    complaint("max_evaluations = 1000", "tolerance = -1.0", 29, &["positive"]);
+    complaint("name = \"l2-match\"", "name = \"../x\"", 1, &["name"]);
+}
+
+#[test]
+fn a_missing_table_or_broken_toml_is_an_error() {
+    assert!(case("name = \"a\"").unwrap_err().to_string().contains("section"));
+    assert!(case("name = ").unwrap_err().line.is_some());
+    let none = L2.split("[target]").next().unwrap().to_string() + "[objective]\nminimize = { shape_error = 1.0 }\n";
+    assert!(case(&none).unwrap_err().to_string().contains("[target]"));
+    assert!(Case::open("no-such-case").unwrap_err().to_string().contains("neither a file nor a built-in case"));
+    assert!(Case::open("l2-macth").unwrap_err().to_string().contains("did you mean l2-match"));
+}
+
+#[test]
+fn limits_relative_to_the_start() {
+    let problem = Case::open("skewed-pinned").unwrap().problem;
+    let values = problem.quantities_at(&problem.start_values()).unwrap();
+    let area = problem.quantities().iter().position(|q| q.name() == "area").unwrap();
+    assert!((problem.constraint_bounds()[0].lower - 0.5 * values[area]).abs() < 1e-15);
+}
