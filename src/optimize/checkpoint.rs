@@ -1,0 +1,270 @@
+//! The file a run can be resumed from.
+
+use super::atomic;
+use super::journal::{Answer, Journal, Record};
+use crate::design::{AnalysisFailure, Evaluation};
+use nalgebra::DMatrix;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A journal with the name of what it belongs to.
+///
+/// The file is JSON. Every `f64` comes back bit for bit (infinities and NaN as the strings `"inf"`, `"-inf"`, `"nan"`;
+/// NaN loses its payload).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// Identifies the case with all that its evaluations and the optimiser's path depend on; compared as text.
+    pub case: String,
+    /// The evaluations.
+    pub journal: Journal,
+}
+
+/// A checkpoint that cannot be written or used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The file cannot be written.
+    #[error("cannot write the checkpoint {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file cannot be read.
+    #[error("cannot read the checkpoint {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file ends too early.
+    #[error("the checkpoint {} is cut off; remove it and start anew", path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is no checkpoint.
+    #[error("{} is not a checkpoint ({reason}); remove it and start anew", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        reason: String,
+    },
+    /// The file was written by another version.
+    #[error("the checkpoint {} has format {found}, this program reads format {expected}; remove it and start anew", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        found: u64,
+        /// The format known.
+        expected: u64,
+    },
+    /// The file belongs to another case.
+    #[error("the checkpoint {} belongs to another case or other settings; choose another output directory or start anew", path.display())]
+    ForeignCase {
+        /// The file.
+        path: PathBuf,
+        /// The case it belongs to.
+        found: String,
+        /// The case asked for.
+        expected: String,
+    },
+}
+
+impl Checkpoint {
+    /// The format that is written and read.
+    pub const FORMAT: u64 = 1;
+
+    /// Writes a checkpoint of `case` to `path`, atomically: a crash leaves the old file or the new one.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(path: &Path, case: &str, journal: &Journal) -> Result<(), CheckpointError> {
+        let records = journal.records.iter().map(StoredRecord::from).collect();
+        let stored = Stored { aeroform_checkpoint: Self::FORMAT, case: case.to_owned(), records };
+        atomic::stage(path, |file| serde_json::to_writer(file, &stored).map_err(io::Error::from))
+            .and_then(|file| atomic::commit(file, path))
+            .map_err(|source| CheckpointError::Write { path: path.to_owned(), source })
+    }
+
+    /// Reads the checkpoint of `case` at `path`.
+    ///
+    /// # Errors
+    /// Everything but [`CheckpointError::Write`].
+    pub fn load(path: &Path, case: &str) -> Result<Self, CheckpointError> {
+        let owned = || path.to_owned();
+        let text = std::fs::read(path).map_err(|source| CheckpointError::Read { path: owned(), source })?;
+        let malformed = |error: serde_json::Error| {
+            if error.is_eof() {
+                CheckpointError::Truncated { path: owned() }
+            } else {
+                CheckpointError::Malformed { path: owned(), reason: error.to_string() }
+            }
+        };
+        let header: Header = serde_json::from_slice(&text).map_err(malformed)?;
+        if header.aeroform_checkpoint != Self::FORMAT {
+            let found = header.aeroform_checkpoint;
+            return Err(CheckpointError::Version { path: owned(), found, expected: Self::FORMAT });
+        }
+        if header.case != case {
+            let expected = case.to_owned();
+            return Err(CheckpointError::ForeignCase { path: owned(), found: header.case, expected });
+        }
+        let stored: Stored = serde_json::from_slice(&text).map_err(malformed)?;
+        let records = stored.records.into_iter().map(Record::try_from).collect::<Result<_, _>>();
+        let records = records.map_err(|reason: &str| CheckpointError::Malformed { path: owned(), reason: reason.into() })?;
+        Ok(Self { case: stored.case, journal: Journal { records } })
+    }
+}
+
+/// What can be read of any version.
+#[derive(Deserialize)]
+struct Header {
+    aeroform_checkpoint: u64,
+    #[serde(default)]
+    case: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    aeroform_checkpoint: u64,
+    case: String,
+    records: Vec<StoredRecord>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredRecord {
+    x: Vec<Number>,
+    #[serde(flatten)]
+    answer: StoredAnswer,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StoredAnswer {
+    Evaluation(StoredEvaluation),
+    EvaluationFailed(String),
+    /// The lower triangle by rows.
+    Hessian(Vec<Number>),
+    HessianFailed(String),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredEvaluation {
+    objective: Number,
+    gradient: Vec<Number>,
+    constraints: Vec<Number>,
+    jacobian: Vec<Vec<Number>>,
+    values: Vec<Number>,
+}
+
+/// An `f64` that JSON can carry whatever it is.
+#[derive(Clone, Copy)]
+struct Number(f64);
+
+impl Serialize for Number {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            v if v.is_finite() => serializer.serialize_f64(v),
+            v if v.is_nan() => serializer.serialize_str("nan"),
+            v if v > 0.0 => serializer.serialize_str("inf"),
+            _ => serializer.serialize_str("-inf"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = Number;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, \"nan\", \"inf\" or \"-inf\"")
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Number, E> {
+                Ok(Number(v))
+            }
+            fn visit_u64<E: de::Error>(self, v: u64) -> Result<Number, E> {
+                Ok(Number(v as f64))
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Number, E> {
+                Ok(Number(v as f64))
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<Number, E> {
+                match v {
+                    "nan" => Ok(Number(f64::NAN)),
+                    "inf" => Ok(Number(f64::INFINITY)),
+                    "-inf" => Ok(Number(f64::NEG_INFINITY)),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+fn pack(values: &[f64]) -> Vec<Number> {
+    values.iter().copied().map(Number).collect()
+}
+
+fn unpack(values: &[Number]) -> Vec<f64> {
+    values.iter().map(|v| v.0).collect()
+}
+
+impl From<&Record> for StoredRecord {
+    fn from(record: &Record) -> Self {
+        let answer = match &record.answer {
+            Answer::Evaluation(Ok(e)) => StoredAnswer::Evaluation(StoredEvaluation {
+                objective: Number(e.objective),
+                gradient: pack(&e.gradient),
+                constraints: pack(&e.constraints),
+                jacobian: e.jacobian.iter().map(|row| pack(row)).collect(),
+                values: pack(&e.values),
+            }),
+            Answer::Evaluation(Err(failure)) => StoredAnswer::EvaluationFailed(failure.reason.clone()),
+            Answer::Hessian(Ok(matrix)) => {
+                let lower = (0..matrix.nrows()).flat_map(|i| (0..=i).map(move |j| Number(matrix[(i, j)])));
+                StoredAnswer::Hessian(lower.collect())
+            }
+            Answer::Hessian(Err(failure)) => StoredAnswer::HessianFailed(failure.reason.clone()),
+        };
+        Self { x: pack(&record.x), answer }
+    }
+}
+
+impl TryFrom<StoredRecord> for Record {
+    type Error = &'static str;
+
+    fn try_from(stored: StoredRecord) -> Result<Self, &'static str> {
+        let x = unpack(&stored.x);
+        let answer = match stored.answer {
+            StoredAnswer::Evaluation(e) => Answer::Evaluation(Ok(Evaluation {
+                objective: e.objective.0,
+                gradient: unpack(&e.gradient),
+                constraints: unpack(&e.constraints),
+                jacobian: e.jacobian.iter().map(|row| unpack(row)).collect(),
+                values: unpack(&e.values),
+            })),
+            StoredAnswer::EvaluationFailed(reason) => Answer::Evaluation(Err(AnalysisFailure { reason })),
+            StoredAnswer::Hessian(lower) => {
+                let n = x.len();
+                if lower.len() != n * (n + 1) / 2 {
+                    return Err("a Hessian of the wrong size");
+                }
+                let entry = |i: usize, j: usize| lower[i * (i + 1) / 2 + j].0;
+                Answer::Hessian(Ok(DMatrix::from_fn(n, n, |i, j| entry(i.max(j), i.min(j)))))
+            }
+            StoredAnswer::HessianFailed(reason) => Answer::Hessian(Err(AnalysisFailure { reason })),
+        };
+        Ok(Self { x, answer })
+    }
+}

@@ -1,0 +1,103 @@
+//! The history of a run.
+
+use super::Progress;
+use crate::design::Problem;
+use std::fmt::Write;
+
+/// A row per evaluation, written as CSV text.
+///
+/// Columns: `evaluation, iteration, objective`, the constraints and further values by name,
+/// `max_constraint_violation, gradient_norm, step, seconds`. A failed evaluation leaves its numbers empty, as does a
+/// number that is not finite. Numbers have the shortest digits that give the same `f64` when read back.
+#[derive(Debug, Clone)]
+pub struct History {
+    header: Vec<String>,
+    /// How many columns of values a row has.
+    values: usize,
+    rows: Vec<Row>,
+}
+
+#[derive(Debug, Clone)]
+struct Row {
+    evaluation: usize,
+    iteration: usize,
+    objective: f64,
+    values: Vec<f64>,
+    violation: f64,
+    gradient_norm: f64,
+    step: f64,
+    seconds: f64,
+}
+
+impl History {
+    /// An empty history with the columns of `problem`.
+    pub fn new(problem: &dyn Problem) -> Self {
+        let names: Vec<_> = problem.constraint_names().iter().chain(problem.value_names()).map(|n| quoted(n)).collect();
+        let values = names.len();
+        let mut header: Vec<_> = ["evaluation", "iteration", "objective"].map(String::from).into();
+        header.extend(names);
+        header.extend(["max_constraint_violation", "gradient_norm", "step", "seconds"].map(String::from));
+        Self { header, values, rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    pub fn record(&mut self, progress: &Progress<'_>) {
+        let (objective, mut values) = match progress.result {
+            Ok(e) => (e.objective, e.constraints.iter().chain(&e.values).copied().collect()),
+            Err(_) => (f64::NAN, Vec::new()),
+        };
+        values.resize(self.values, f64::NAN);
+        self.rows.push(Row {
+            evaluation: progress.evaluation,
+            iteration: progress.iteration,
+            objective,
+            values,
+            violation: progress.violation,
+            gradient_norm: progress.gradient_norm,
+            step: progress.step,
+            seconds: progress.seconds,
+        });
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Objective of each evaluation, NaN for failed ones; what a figure of convergence draws.
+    pub fn objectives(&self) -> Vec<f64> {
+        self.rows.iter().map(|row| row.objective).collect()
+    }
+
+    /// Largest constraint violation of each evaluation, NaN for failed ones.
+    pub fn violations(&self) -> Vec<f64> {
+        self.rows.iter().map(|row| row.violation).collect()
+    }
+
+    /// Header and rows, one line each.
+    pub fn to_csv(&self) -> String {
+        let mut text = self.header.join(",") + "\n";
+        for row in &self.rows {
+            let _ = write!(text, "{},{}", row.evaluation, row.iteration);
+            let after = [row.violation, row.gradient_norm, row.step];
+            for value in std::iter::once(row.objective).chain(row.values.iter().copied()).chain(after) {
+                text.push(',');
+                if value.is_finite() {
+                    let _ = write!(text, "{value:e}");
+                }
+            }
+            let _ = writeln!(text, ",{:.6}", row.seconds);
+        }
+        text
+    }
+}
+
+/// A name as a CSV field (RFC 4180).
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+}

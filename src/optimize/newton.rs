@@ -1,0 +1,267 @@
+//! Newton's method in a trust region, with the exact Hessian.
+
+use super::bounded::Bounded;
+use super::ledger::{Ledger, norm};
+use super::outcome::check;
+use super::trust_region::Quadratic;
+use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
+use crate::design::{Evaluation, Problem};
+use std::ops::ControlFlow;
+
+/// Trust-region Newton with the problem's exact Hessian, for problems without constraints.
+///
+/// Each iteration minimises the local quadratic exactly within a ball (indefinite Hessians and the hard case
+/// included) and costs one evaluation; a Hessian is asked for only where a step was accepted. Bounds on variables are
+/// met by a change of variables ([`Bounded`]). A failed analysis counts as a rejected step: the ball shrinks.
+///
+/// The run has converged where the Hessian is positive semidefinite and either
+///
+/// * the minimum of the quadratic lies less than [`objective_tolerance`](Self::objective_tolerance) of the objective
+///   below it, or
+/// * the norm of the gradient is below [`gradient_tolerance`](Self::gradient_tolerance) times the largest met so far;
+///
+/// so a saddle point or maximum is left, even when the run starts there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Newton {
+    /// Predicted relative decrease of the objective that counts as none.
+    pub objective_tolerance: f64,
+    /// Reduction of the norm of the gradient at which the run has converged.
+    pub gradient_tolerance: f64,
+    /// First radius of the ball, in scaled variables.
+    pub first_radius: f64,
+    /// Largest radius of the ball.
+    pub largest_radius: f64,
+    /// Limits of the run.
+    pub limits: Limits,
+}
+
+impl Default for Newton {
+    fn default() -> Self {
+        Self {
+            objective_tolerance: 1e-10,
+            gradient_tolerance: 1e-12,
+            first_radius: 1.0,
+            largest_radius: 100.0,
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// Share of the predicted decrease from which a step is accepted.
+const ACCEPT: f64 = 1e-4;
+/// Relative change of the objective that may be round-off.
+const ROUND_OFF: f64 = 1e-12;
+/// Steps rejected in a row before the run counts as stalled: the ball has shrunk by 4^20.
+const PATIENCE: usize = 20;
+
+impl Newton {
+    /// The name in case files.
+    pub const NAME: &'static str = "newton";
+
+    fn check(&self) -> Result<(), OptimizeError> {
+        let radius = |r: f64| r > 0.0 && r.is_finite();
+        let settings = [
+            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
+            ("objective_tolerance", self.objective_tolerance, self.objective_tolerance >= 0.0, "0 or more"),
+            ("gradient_tolerance", self.gradient_tolerance, self.gradient_tolerance >= 0.0, "0 or more"),
+            ("first_radius", self.first_radius, radius(self.first_radius), "positive"),
+            ("largest_radius", self.largest_radius, radius(self.largest_radius), "positive"),
+        ];
+        match settings.into_iter().find(|s| !s.2) {
+            Some((setting, value, _, range)) => {
+                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl Optimizer for Newton {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn minimize(
+        &self,
+        problem: &mut dyn Problem,
+        observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Outcome, OptimizeError> {
+        self.check()?;
+        check(problem, Self::NAME)?;
+        let mut run = Run {
+            settings: *self,
+            problem: Bounded::new(Ledger::new(problem, observer, self.limits)),
+            radius: self.first_radius.min(self.largest_radius),
+            steepest: 0.0,
+            rejected: 0,
+        };
+        let verdict = run.drive();
+        let ledger = run.problem.into_inner();
+        match ledger.unfit(Self::NAME) {
+            Some(error) => Err(error),
+            None => Ok(ledger.close(verdict)),
+        }
+    }
+}
+
+/// A point with everything known there.
+struct Point {
+    x: Vec<f64>,
+    evaluation: Evaluation,
+    quadratic: Quadratic,
+}
+
+struct Run<'a> {
+    settings: Newton,
+    problem: Bounded<Ledger<'a>>,
+    radius: f64,
+    /// Largest norm of the gradient so far.
+    steepest: f64,
+    /// Steps rejected in a row.
+    rejected: usize,
+}
+
+impl Run<'_> {
+    fn drive(&mut self) -> (Status, String) {
+        let start = self.problem.start().to_vec();
+        let first = self.problem.evaluate(&start).ok().and_then(|evaluation| self.expand(start, evaluation));
+        let Some(mut point) = first else {
+            let reason = self.problem.inner().last_failure();
+            return (Status::Failed, format!("The analysis fails at the start: {reason}."));
+        };
+        loop {
+            if let Some(verdict) = self.judge(&mut point) {
+                return verdict;
+            }
+            self.problem.inner_mut().iteration += 1;
+            match self.advance(&mut point) {
+                Some(next) => {
+                    self.rejected = 0;
+                    point = next;
+                }
+                None => self.rejected += 1,
+            }
+        }
+    }
+
+    /// Adds the quadratic to an evaluated point; `None` where the Hessian fails.
+    fn expand(&mut self, x: Vec<f64>, evaluation: Evaluation) -> Option<Point> {
+        let hessian = self.problem.hessian(&x)?.ok()?;
+        let quadratic = Quadratic::new(&evaluation.gradient, hessian);
+        self.steepest = self.steepest.max(norm(&evaluation.gradient));
+        Some(Point { x, evaluation, quadratic })
+    }
+
+    /// One trust-region step: the next point, or `None` where the step is rejected.
+    fn advance(&mut self, point: &mut Point) -> Option<Point> {
+        let step = point.quadratic.minimum_within(self.radius);
+        let length = step.vector.norm();
+        let x: Vec<f64> = point.x.iter().zip(&step.vector).map(|(x, p)| x + p).collect();
+        let shorter = 0.25 * length;
+        let Ok(evaluation) = self.problem.evaluate(&x) else {
+            self.radius = shorter;
+            return None;
+        };
+        let before = &point.evaluation;
+        let decrease = before.objective - evaluation.objective;
+        let in_noise = step.decrease.max(decrease.abs()) <= ROUND_OFF * before.objective.abs();
+        let share = decrease / step.decrease;
+        if in_noise {
+            // the objective cannot tell; the gradient can
+            if norm(&evaluation.gradient) >= norm(&before.gradient) {
+                self.radius = shorter;
+                return None;
+            }
+        } else if share < 0.25 || share.is_nan() {
+            self.radius = shorter;
+        } else if share > 0.75 && step.at_boundary {
+            self.radius = (2.0 * self.radius).min(self.settings.largest_radius);
+        }
+        if !in_noise && (share < ACCEPT || share.is_nan()) {
+            return None;
+        }
+        let next = self.expand(x, evaluation);
+        if next.is_none() {
+            self.radius = shorter;
+        }
+        next
+    }
+
+    /// Why the run ends at `point`, if it does.
+    fn judge(&self, point: &mut Point) -> Option<(Status, String)> {
+        let ledger = self.problem.inner();
+        if ledger.halted().is_some() || ledger.lacks_hessian() {
+            // the ledger words it
+            return Some((Status::Interrupted, String::new()));
+        }
+        let slope = norm(&point.evaluation.gradient);
+        let Newton { objective_tolerance, gradient_tolerance, limits, .. } = self.settings;
+        if slope <= gradient_tolerance * self.steepest && !point.quadratic.is_indefinite() {
+            return Some((Status::Converged, format!("Converged: the norm of the gradient is {slope:.1e}.")));
+        }
+        let size = point.evaluation.objective.abs();
+        if let Some(decrement) = point.quadratic.decrement()
+            && decrement <= objective_tolerance * size
+        {
+            return Some((
+                Status::Converged,
+                format!(
+                    "Converged: at most {:.1e} of the objective is left to gain; the norm of the gradient is {slope:.1e}.",
+                    decrement / size
+                ),
+            ));
+        }
+        if self.rejected >= PATIENCE || self.radius <= f64::EPSILON * norm(&point.x) {
+            return Some(self.stuck(slope));
+        }
+        if ledger.out_of_iterations() {
+            let message =
+                format!("Stopped at the limit of {} iterations before a tolerance was met.", limits.iterations);
+            return Some((Status::IterationLimit, message));
+        }
+        None
+    }
+
+    /// The verdict where no step is accepted.
+    fn stuck(&self, slope: f64) -> (Status, String) {
+        let ledger = self.problem.inner();
+        if ledger.last_failed() {
+            let reason = ledger.last_failure();
+            return (Status::Failed, format!("The analysis fails at every step from the best point: {reason}."));
+        }
+        let ratio = slope / self.steepest;
+        let message = format!(
+            "No step lowers the objective further at the precision it is computed with; the norm of the gradient is {slope:.1e}, {ratio:.1e} of its largest."
+        );
+        (Status::Stalled, message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testcases::*;
+    use super::*;
+
+    #[test]
+    fn explore() {
+        let levels = [1e-5, 1e-6, 4e-7, 1.6e-7, 1.4e-7, 1.36e-7, 1.35e-7, 1.346e-7, 1.3451e-7];
+        for first_radius in [0.03, 0.1, 0.3, 1.0, 3.0] {
+            let method = Newton { first_radius, ..Newton::default() };
+            let mut case = shape_match();
+            let mut firsts = vec![None; levels.len()];
+            let mut log = String::new();
+            let o = method
+                .minimize(&mut case, &mut |p| {
+                    for (l, f) in levels.iter().zip(&mut firsts) {
+                        if f.is_none() && p.best_objective <= *l {
+                            *f = Some(p.evaluation);
+                        }
+                    }
+                    log += &format!("\n   {} f {:.4e} step {:.3e}", p.evaluation, p.result.unwrap().objective, p.step);
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
+            println!("n {first_radius}: {} evals {} it {} h {} f {:.8e} {} {:?} {}", o.status, o.evaluations, o.iterations, o.hessians, o.evaluation.unwrap().objective, o.message, firsts, if first_radius == 0.3 {log} else {String::new()});
+        }
+    }
+}

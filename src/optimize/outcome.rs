@@ -1,0 +1,204 @@
+//! What a run tells while it goes on and when it ends.
+
+use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use std::fmt;
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
+pub enum Status {
+    /// A tolerance is met: the point is a minimum to that tolerance.
+    #[serde(rename = "converged")]
+    Converged,
+    /// The iterations allowed are used up.
+    #[serde(rename = "iteration limit")]
+    IterationLimit,
+    /// The evaluations allowed are used up.
+    #[serde(rename = "evaluation limit")]
+    EvaluationLimit,
+    /// No step lowers the objective any more, at the precision it is computed with, though no tolerance is met.
+    #[serde(rename = "stalled")]
+    Stalled,
+    /// The analysis fails at the start, or at every step from the best point.
+    #[serde(rename = "failed")]
+    Failed,
+    /// The observer ended the run.
+    #[serde(rename = "interrupted")]
+    Interrupted,
+}
+
+impl Status {
+    /// The stable text of the status, as it stands in reports.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::IterationLimit => "iteration limit",
+            Self::EvaluationLimit => "evaluation limit",
+            Self::Stalled => "stalled",
+            Self::Failed => "failed",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// The end of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Why the run ended.
+    pub status: Status,
+    /// The same in a sentence with numbers.
+    pub message: String,
+    /// The best point (length n); the start where nothing could be evaluated.
+    pub x: Vec<f64>,
+    /// The evaluation at `x`; `None` where the analysis failed at the start.
+    pub evaluation: Option<Evaluation>,
+    /// Evaluations of the problem at distinct points, failed ones included.
+    pub evaluations: usize,
+    /// How many of them failed.
+    pub failures: usize,
+    /// Hessians asked for.
+    pub hessians: usize,
+    /// Iterations.
+    pub iterations: usize,
+    /// How far `x` is from satisfying the first-order conditions: the largest entry of [`projected_gradient`], so
+    /// without bounds the largest entry of the gradient. NaN where there is no evaluation.
+    pub kkt_residual: f64,
+    /// Euclidean norm of [`projected_gradient`]. NaN where there is no evaluation.
+    pub gradient_norm: f64,
+    /// Wall-clock time of the run in seconds.
+    pub seconds: f64,
+}
+
+/// One evaluation, as an observer sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
+    /// Number of this evaluation, from 1.
+    pub evaluation: usize,
+    /// Iterations completed.
+    pub iteration: usize,
+    /// The point (length n), in the variables of the problem.
+    pub x: &'a [f64],
+    /// What the evaluation gave.
+    pub result: Result<&'a Evaluation, &'a AnalysisFailure>,
+    /// Lowest objective so far, this one included; +∞ before the first success.
+    pub best_objective: f64,
+    /// Largest violation of a constraint, 0 without constraints; NaN for a failed evaluation.
+    pub violation: f64,
+    /// Euclidean norm of [`projected_gradient`]; NaN for a failed evaluation.
+    pub gradient_norm: f64,
+    /// Euclidean distance from the best point before this evaluation; 0 for the first.
+    pub step: f64,
+    /// Seconds since the run began.
+    pub seconds: f64,
+    /// The most evaluations the run may take.
+    pub evaluation_limit: usize,
+}
+
+/// A problem or a setting that a method cannot take.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OptimizeError {
+    /// The method has no constraints.
+    #[error(
+        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or choose a method for constraints"
+    )]
+    ConstraintsNotSupported {
+        /// The method.
+        method: &'static str,
+        /// How many constraints there are.
+        count: usize,
+        /// The name of the first.
+        first: String,
+    },
+    /// The method needs second derivatives and the problem has none.
+    #[error("method \"{method}\" needs second derivatives, which this problem does not offer; use \"lbfgs\"")]
+    NoHessian {
+        /// The method.
+        method: &'static str,
+    },
+    /// A setting out of its range.
+    #[error("setting `{setting}` of method \"{method}\" is {value}; it must be {range}")]
+    Setting {
+        /// The method.
+        method: &'static str,
+        /// The setting.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// Lists of the problem that must be equally long are not.
+    #[error("the problem has {variables} variables but {what} of length {found}")]
+    Length {
+        /// Number of variable names.
+        variables: usize,
+        /// Which list.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+    },
+    /// Bounds that leave no room.
+    #[error("variable \"{variable}\" has no room between its bounds {lower} and {upper}")]
+    EmptyBounds {
+        /// The variable.
+        variable: String,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+    /// A start that is no number.
+    #[error("variable \"{variable}\" starts at {value}; it must be finite")]
+    Start {
+        /// The variable.
+        variable: String,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// The gradient as the first-order conditions see it: `x − clip(x − gradient)` with the clip to the bounds.
+///
+/// Entry by entry it is the gradient where the variable is free to follow it, the distance to the bound where that is
+/// less, and 0 for a variable that the gradient holds at its bound. It vanishes exactly at stationary points.
+pub fn projected_gradient<'a>(
+    x: &'a [f64],
+    gradient: &'a [f64],
+    bounds: &'a [Bounds],
+) -> impl Iterator<Item = f64> + 'a {
+    // g clipped to [x − upper, x − lower] is x − clip(x − g) without its cancellation
+    x.iter().zip(gradient).zip(bounds).map(|((&x, &g), b)| g.min(x - b.lower).max(x - b.upper))
+}
+
+/// Rejects a problem whose lists do not fit together.
+pub(super) fn check(problem: &dyn Problem, method: &'static str) -> Result<(), OptimizeError> {
+    let names = problem.variable_names();
+    let n = names.len();
+    for (what, found) in [("a start", problem.start().len()), ("bounds", problem.variable_bounds().len())] {
+        if found != n {
+            return Err(OptimizeError::Length { variables: n, what, found });
+        }
+    }
+    for (name, bounds) in names.iter().zip(problem.variable_bounds()) {
+        let &Bounds { lower, upper } = bounds;
+        // written so that NaN fails too
+        if !(lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY) {
+            return Err(OptimizeError::EmptyBounds { variable: name.clone(), lower, upper });
+        }
+    }
+    if let Some((name, &value)) = names.iter().zip(problem.start()).find(|(_, v)| !v.is_finite()) {
+        return Err(OptimizeError::Start { variable: name.clone(), value });
+    }
+    if let Some(first) = problem.constraint_names().first() {
+        let count = problem.constraint_names().len();
+        return Err(OptimizeError::ConstraintsNotSupported { method, count, first: first.clone() });
+    }
+    Ok(())
+}

@@ -1,0 +1,215 @@
+//! The trust-region subproblem: the lowest point of a quadratic within a ball, solved exactly.
+
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+
+/// Eigenvalues are trusted to this share of the largest.
+const RESOLUTION: f64 = 1e-13;
+
+/// The quadratic `gᵀp + ½ pᵀHp`, factorised at most once each way.
+pub(super) struct Quadratic {
+    gradient: DVector<f64>,
+    hessian: DMatrix<f64>,
+    /// The step to the minimum, where the Hessian is positive definite.
+    newton: Option<DVector<f64>>,
+    eigen: Option<Eigen>,
+}
+
+/// The Hessian's eigenvectors, ascending eigenvalues, and the gradient in that basis.
+struct Eigen {
+    values: Vec<f64>,
+    vectors: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+/// A step and what the quadratic promises of it.
+pub(super) struct Step {
+    pub(super) vector: DVector<f64>,
+    /// By how much the quadratic falls, ≥ 0.
+    pub(super) decrease: f64,
+    /// Whether the ball, not the quadratic, bounds the step.
+    pub(super) at_boundary: bool,
+}
+
+impl Quadratic {
+    pub(super) fn new(gradient: &[f64], hessian: DMatrix<f64>) -> Self {
+        let gradient = DVector::from_column_slice(gradient);
+        let newton = Cholesky::new(hessian.clone()).map(|factors| factors.solve(&-&gradient));
+        let newton = newton.filter(|step| step.iter().all(|s| s.is_finite()));
+        Self { gradient, hessian, newton, eigen: None }
+    }
+
+    /// The lowest point within `radius` of the origin.
+    pub(super) fn minimum_within(&mut self, radius: f64) -> Step {
+        if let Some(newton) = &self.newton
+            && newton.norm() <= radius
+        {
+            return Step { decrease: -0.5 * self.gradient.dot(newton), vector: newton.clone(), at_boundary: false };
+        }
+        let eigen = self.eigen();
+        let (coordinates, at_boundary) = eigen.minimum_within(radius);
+        let vector = &eigen.vectors * coordinates;
+        let decrease = -(self.gradient.dot(&vector) + 0.5 * vector.dot(&(&self.hessian * &vector)));
+        Step { vector, decrease: decrease.max(0.0), at_boundary }
+    }
+
+    /// Whether the quadratic curves downwards in some direction, beyond round-off.
+    pub(super) fn is_indefinite(&mut self) -> bool {
+        if self.newton.is_some() {
+            return false;
+        }
+        let eigen = self.eigen();
+        eigen.lowest() < -RESOLUTION * eigen.size()
+    }
+
+    /// What the unbounded quadratic would gain, where it has a minimum.
+    pub(super) fn decrement(&self) -> Option<f64> {
+        self.newton.as_ref().map(|step| -0.5 * self.gradient.dot(step))
+    }
+
+    fn eigen(&mut self) -> &Eigen {
+        let (gradient, hessian) = (&self.gradient, &self.hessian);
+        self.eigen.get_or_insert_with(|| Eigen::new(gradient, hessian))
+    }
+}
+
+impl Eigen {
+    fn new(gradient: &DVector<f64>, hessian: &DMatrix<f64>) -> Self {
+        let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(hessian.clone());
+        let mut order: Vec<usize> = (0..eigenvalues.len()).collect();
+        order.sort_by(|&a, &b| eigenvalues[a].total_cmp(&eigenvalues[b]));
+        let vectors = DMatrix::from_fn(gradient.len(), order.len(), |i, k| eigenvectors[(i, order[k])]);
+        Self { values: order.iter().map(|&k| eigenvalues[k]).collect(), gradient: vectors.tr_mul(gradient), vectors }
+    }
+
+    fn lowest(&self) -> f64 {
+        self.values.first().copied().unwrap_or(0.0)
+    }
+
+    fn size(&self) -> f64 {
+        self.values.iter().fold(0.0, |size, v| size.max(v.abs()))
+    }
+
+    /// `−(Λ − λ₁ + rise)⁻¹ g`, an entry of `g` that vanishes giving 0 whatever its eigenvalue.
+    ///
+    /// Counting the shift from the lowest eigenvalue λ₁ keeps its digits where it nearly cancels that.
+    fn step(&self, rise: f64) -> DVector<f64> {
+        let entries = self.values.iter().zip(&self.gradient);
+        let entries = entries.map(|(v, &g)| if g == 0.0 { 0.0 } else { -g / (v - self.lowest() + rise) });
+        DVector::from_iterator(self.values.len(), entries)
+    }
+
+    /// Lowest point of the ball in the basis of the eigenvectors (Moré & Sorensen, SIAM J. Sci. Stat. Comput. 4,
+    /// 1983): `(Λ + σ) p = −g` with σ ≥ 0, Λ + σ positive semidefinite and σ (radius − |p|) = 0.
+    fn minimum_within(&self, radius: f64) -> (DVector<f64>, bool) {
+        let margin = RESOLUTION * self.size().max(f64::MIN_POSITIVE);
+        let least = self.lowest().max(0.0) + margin;
+        let step = self.step(least);
+        if step.norm() <= radius {
+            return self.hard_case(step, radius, margin);
+        }
+        // |p| falls from above the radius to below it between these two
+        let (mut low, mut high) = (least, least + self.gradient.norm() / radius);
+        let mut rise = low;
+        let mut step = step;
+        for _ in 0..100 {
+            let length = step.norm();
+            if (length - radius).abs() <= 1e-12 * radius {
+                break;
+            }
+            if length > radius {
+                low = rise;
+            } else {
+                high = rise;
+            }
+            // Newton on 1/radius − 1/|p|, which is nearly linear in the shift
+            let slope: f64 = step.iter().zip(&self.values).map(|(p, v)| p * p / (v - self.lowest() + rise)).sum();
+            let next = rise + length * length / slope * (length - radius) / radius;
+            rise = if next > low && next < high { next } else { 0.5 * (low + high) };
+            step = self.step(rise);
+        }
+        (step, true)
+    }
+
+    /// The shifted step does not reach the boundary: the rest goes along the eigenvector of the lowest eigenvalue, if
+    /// that one is negative.
+    fn hard_case(&self, mut step: DVector<f64>, radius: f64, margin: f64) -> (DVector<f64>, bool) {
+        if self.lowest() >= -margin {
+            return (step, false);
+        }
+        let others = step.norm_squared() - step[0] * step[0];
+        let reach = (radius * radius - others).max(0.0).sqrt();
+        step[0] = if self.gradient[0] > 0.0 { -reach } else { reach };
+        (step, true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn matrix(diagonal: &[f64]) -> DMatrix<f64> {
+        // rotated by a Householder reflection
+        let n = diagonal.len();
+        let v = DVector::from_fn(n, |i, _| 1.0 + (i as f64 * 1.3).sin()).normalize();
+        let q = DMatrix::identity(n, n) - &v * v.transpose() * 2.0;
+        &q * DMatrix::from_diagonal(&DVector::from_column_slice(diagonal)) * &q
+    }
+
+    /// The conditions of Moré & Sorensen, which characterise the solution.
+    fn is_solution(gradient: &[f64], hessian: &DMatrix<f64>, radius: f64) {
+        let mut quadratic = Quadratic::new(gradient, hessian.clone());
+        let step = quadratic.minimum_within(radius);
+        let p = &step.vector;
+        let residual = hessian * p + DVector::from_column_slice(gradient);
+        let shift = -residual.dot(p) / p.norm_squared();
+        let scale = hessian.amax();
+        assert!(p.norm() <= radius * (1.0 + 1e-9));
+        assert_relative_eq!(residual + p * shift, DVector::zeros(p.len()), epsilon = 1e-8 * scale);
+        let lowest = hessian.symmetric_eigenvalues().min();
+        assert!(shift >= -1e-9 * scale && lowest + shift >= -1e-9 * scale, "shift {shift}, lowest {lowest}");
+        if step.at_boundary {
+            assert_relative_eq!(p.norm(), radius, max_relative = 1e-9);
+        } else {
+            assert!(shift.abs() <= 1e-9 * scale);
+        }
+        assert!(step.decrease >= 0.0);
+    }
+
+    #[test]
+    fn optimality_conditions_hold() {
+        for diagonal in [[1.0, 2.0, 30.0, 4e4], [-3.0, 0.5, 2.0, 10.0], [-5.0, -5.0, -1.0, -1e-3], [0.0, 1.0, 2.0, 3.0]]
+        {
+            let hessian = matrix(&diagonal);
+            for gradient in [[1.0, -2.0, 0.3, 5.0], [1e-8, 0.0, 1e-9, 0.0], [0.0, 0.0, 100.0, -1.0]] {
+                for radius in [1e-4, 0.1, 1.0, 50.0] {
+                    is_solution(&gradient, &hessian, radius);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn hard_case_goes_along_the_lowest_eigenvector() {
+        let hessian = matrix(&[-2.0, 1.0, 3.0, 4.0]);
+        let eigen = SymmetricEigen::new(hessian.clone());
+        let above = eigen.eigenvalues.iter().position(|&v| v > 3.5).unwrap();
+        // the gradient has no component along the eigenvector of −2
+        let gradient: Vec<f64> = eigen.eigenvectors.column(above).iter().map(|v| 0.6 * v).collect();
+        is_solution(&gradient, &hessian, 1.0);
+        let mut at_saddle = Quadratic::new(&[0.0; 4], hessian);
+        assert!(at_saddle.is_indefinite());
+        let step = at_saddle.minimum_within(0.5);
+        assert_relative_eq!(step.vector.norm(), 0.5, max_relative = 1e-12);
+        assert_relative_eq!(step.decrease, 0.25, max_relative = 1e-10);
+    }
+
+    #[test]
+    fn semidefinite_without_slope_stays() {
+        let mut flat = Quadratic::new(&[0.0, 2.0], DMatrix::from_diagonal(&DVector::from_column_slice(&[0.0, 4.0])));
+        assert!(!flat.is_indefinite());
+        let step = flat.minimum_within(10.0);
+        assert_relative_eq!(step.vector[0], 0.0);
+        assert_relative_eq!(step.vector[1], -0.5, max_relative = 1e-10);
+    }
+}
