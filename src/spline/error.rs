@@ -113,6 +113,20 @@ pub enum SplineError {
         /// The parameter.
         parameter: f64,
     },
+    /// A radius or semi-axis must be positive and finite.
+    #[error("a radius must be positive and finite, not {value}")]
+    BadRadius {
+        /// The radius given.
+        value: f64,
+    },
+    /// An arc must have some sweep and no more than a full turn.
+    #[error("an arc from angle {from} to {to} (radians): the sweep must not be zero or more than a full turn")]
+    BadSweep {
+        /// First angle.
+        from: f64,
+        /// Last angle.
+        to: f64,
+    },
     /// An axis that the spline does not have.
     #[error("no axis {axis}: there are {axes}, counted from 0")]
     NoSuchAxis {

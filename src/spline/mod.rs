@@ -5,6 +5,7 @@
 //!
 //! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate).
 
+mod analytic;
 mod arc_length;
 mod banded;
 mod curve;
@@ -20,6 +21,7 @@ mod roots;
 mod split;
 mod tensor;
 
+pub use analytic::{Approximation, circular_arc, ellipse, elliptic_arc, line_segment};
 pub use arc_length::ArcLengths;
 pub use curve::BSplineCurve;
 pub use error::SplineError;

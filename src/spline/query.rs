@@ -3,7 +3,7 @@
 //! Searches run on the real parts, by exact isolation of the roots of Bézier pieces; the answer is then lifted to the
 //! scalar of the curve by the implicit function theorem.
 
-use super::roots::{bracketed, isolate, product, slopes};
+use super::roots::{bracketed, isolate, isolated, product, slopes};
 use super::{BSplineCurve, SplineError};
 use crate::differentiate::lift_root;
 use crate::scalar::Scalar;
@@ -80,9 +80,9 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
             for axis in 0..D {
                 let coefficients: Vec<f64> = piece.control_points().iter().map(|p| p[axis]).collect();
                 let noise = 1e-15 * coefficients.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-                isolate(&slopes(&coefficients), noise, |low, high| {
+                isolate(&slopes(&coefficients), noise, |low, high, rising| {
                     let range = [low, high].map(|t| start + t * (end - start));
-                    let u = bracketed(range[0], range[1], |u| {
+                    let u = isolated(range[0], range[1], rising, |u| {
                         let rows = piece.derivatives(u, 2);
                         (rows[1][axis], rows[2][axis])
                     });
@@ -243,9 +243,9 @@ fn nearest<const D: usize>(curve: &BSplineCurve<f64, D>, centre: &[f64; D]) -> R
             break;
         }
         let (start, end) = piece.domain();
-        isolate(&slopes(&coefficients), 1e-15 * scale, |low, high| {
+        isolate(&slopes(&coefficients), 1e-15 * scale, |low, high, rising| {
             let range = [low, high].map(|t| start + t * (end - start));
-            let u = bracketed(range[0], range[1], |u| distance_slope(&piece, centre, u));
+            let u = isolated(range[0], range[1], rising, |u| distance_slope(&piece, centre, u));
             let distance = distance_at(u);
             // a foot of a perpendicular wins over an end that is as near up to round-off
             let tie = if best.2 { 0.0 } else { 1e-15 * scale };

@@ -2,24 +2,24 @@
 
 /// Visits intervals of [0, 1] that hold the roots of a polynomial given by Bernstein coefficients.
 ///
-/// Each interval holds one sign change (Descartes' rule of signs in the Bernstein basis) or, for a multiple root or one
-/// at a point of subdivision, is a single point. Coefficients no larger than `noise` count as zero; where all are zero
+/// Each interval holds one change of sign (Descartes' rule of signs in the Bernstein basis), from negative to positive
+/// where the third argument is true; or, for a multiple root or one at a point of subdivision, it is a single point. Coefficients no larger than `noise` count as zero; where all are zero
 /// nothing is visited. The order is not that of the roots. Roots at 0 and 1 themselves may be left out.
-pub(super) fn isolate(coefficients: &[f64], noise: f64, mut visit: impl FnMut(f64, f64)) {
+pub(super) fn isolate(coefficients: &[f64], noise: f64, mut visit: impl FnMut(f64, f64, bool)) {
     let mut stack = vec![(0.0, 1.0, coefficients.to_vec())];
     while let Some((low, high, mut left)) = stack.pop() {
         match sign_changes(&left, noise) {
             0 => {}
-            1 => visit(low, high),
+            1 => visit(low, high, left.iter().find(|c| c.abs() > noise).is_some_and(|c| *c < 0.0)),
             _ => {
                 let middle = 0.5 * (low + high);
                 if high - low < 1e-13 {
-                    visit(middle, middle);
+                    visit(middle, middle, true);
                     continue;
                 }
                 let right = halve(&mut left);
                 if right[0].abs() <= noise {
-                    visit(middle, middle);
+                    visit(middle, middle, true);
                 }
                 stack.push((middle, high, right));
                 stack.push((low, middle, left));
@@ -71,14 +71,20 @@ pub(super) fn slopes(coefficients: &[f64]) -> Vec<f64> {
 
 /// A root of `f`, which gives value and slope, between `low` and `high`, to round-off.
 ///
-/// Newton's method, replaced by bisection where it would leave the bracket or is slow. Where the values at the two ends
-/// have the same sign the end with the smaller one is returned.
-pub(super) fn bracketed(mut low: f64, mut high: f64, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
+/// Where the values at the two ends have the same sign the end with the smaller one is returned.
+pub(super) fn bracketed(low: f64, high: f64, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
     let (at_low, at_high) = (f(low).0, f(high).0);
     if at_low == 0.0 || at_high == 0.0 || (at_low > 0.0) == (at_high > 0.0) {
         return if at_low.abs() <= at_high.abs() { low } else { high };
     }
-    let rising = at_high > 0.0;
+    isolated(low, high, at_high > 0.0, f)
+}
+
+/// The root of `f` between `low` and `high` where it is known to be the only change of sign, `rising` or falling; the
+/// values at the two ends may be zero or noise and are not looked at.
+///
+/// Newton's method, replaced by bisection where it would leave the bracket or is slow.
+pub(super) fn isolated(mut low: f64, mut high: f64, rising: bool, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
     let resolution = f64::EPSILON * low.abs().max(high.abs());
     let mut u = 0.5 * (low + high);
     let mut last_step = high - low;
@@ -119,7 +125,7 @@ mod tests {
         let roots = [0.1, 0.25, 0.5, 0.5001, 0.93];
         let polynomial = roots.iter().fold(vec![1.0], |p, r| product(&p, &[-r, 1.0 - r]));
         let mut found = vec![];
-        isolate(&polynomial, 1e-17, |a, b| found.push((a, b)));
+        isolate(&polynomial, 1e-17, |a, b, _| found.push((a, b)));
         assert_eq!(found.len(), 5, "{found:?}");
         found.sort_by(|a, b| a.partial_cmp(b).unwrap());
         for (&root, &(a, b)) in roots.iter().zip(&found) {
@@ -130,9 +136,20 @@ mod tests {
     #[test]
     fn double_roots_are_points_and_zero_has_none() {
         let mut found = vec![];
-        isolate(&product(&[-0.3, 0.7], &[-0.3, 0.7]), 1e-16, |a, b| found.push((a, b)));
+        isolate(&product(&[-0.3, 0.7], &[-0.3, 0.7]), 1e-16, |a, b, _| found.push((a, b)));
         assert!(!found.is_empty() && found.iter().all(|(a, b)| (0.5 * (a + b) - 0.3).abs() < 1e-7), "{found:?}");
-        isolate(&[1e-20; 6], 1e-16, |_, _| panic!("zero has no isolated root"));
+        isolate(&[1e-20; 6], 1e-16, |_, _, _| panic!("zero has no isolated root"));
+    }
+
+    #[test]
+    fn a_root_at_the_end_does_not_hide_the_inner_one() {
+        // t (t - 0.3)
+        let polynomial = product(&[0.0, 1.0], &[-0.3, 0.7]);
+        let mut found = vec![];
+        isolate(&polynomial, 1e-16, |a, b, rising| {
+            found.push(isolated(a, b, rising, |t| (t * (t - 0.3), 2.0 * t - 0.3)));
+        });
+        assert!(found.len() == 1 && (found[0] - 0.3).abs() < 1e-15, "{found:?}");
     }
 
     #[test]
