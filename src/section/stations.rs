@@ -2,7 +2,7 @@
 
 use super::{Section, SectionError, TrailingEdge};
 use crate::scalar::Scalar;
-use crate::spline::{EndCondition, interpolate};
+use crate::spline::{BSplineCurve, EndCondition, SplineError, interpolate};
 
 /// Which side of the nose a station lies on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,5 +56,19 @@ pub(super) fn analytic_section<S: Scalar>(
         });
     }
     let curve = interpolate(&parameters, &points, EndCondition::Natural)?;
+    let curve = with_ends(&curve, points[0], points[intervals])?;
     Section::new(curve, trailing_edge, nose, name)
+}
+
+/// A clamped curve with its end control points replaced by the end points they equal up to round-off.
+pub(super) fn with_ends<S: Scalar>(
+    curve: &BSplineCurve<S>,
+    first: [S; 2],
+    last: [S; 2],
+) -> Result<BSplineCurve<S>, SplineError> {
+    let mut points = curve.control_points().to_vec();
+    if let [start, .., end] = &mut points[..] {
+        (*start, *end) = (first, last);
+    }
+    curve.with_control_points(points)
 }

@@ -6,10 +6,9 @@ mod repair;
 pub use repair::Repair;
 
 use super::measures::{curve_crossing, farthest_parameter};
+use super::stations::with_ends;
 use super::{CoordinateError, Section, SectionError, TrailingEdge};
-use crate::spline::{
-    BSplineCurve, EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate,
-};
+use crate::spline::{EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate};
 use parse::{Listing, Point};
 use repair::{Outline, assemble};
 use std::path::Path;
@@ -169,8 +168,8 @@ impl Coordinates {
             Fit::Tolerance(tolerance) => fit_to_tolerance(&parameters, &self.points, 3, tolerance)?,
             Fit::ControlPoints(n) => fit(&parameters, &self.points, even_knots(&parameters, n)?)?,
         };
-        if self.trailing_edge == TrailingEdge::Sharp {
-            curve = closed_to_the_bit(curve)?;
+        if let [first, .., last] = self.points[..] {
+            curve = with_ends(&curve, first, last)?;
         }
         if let Some(crossing) = curve_crossing(&curve) {
             let [x, y] = crossing.point;
@@ -199,14 +198,4 @@ fn even_knots(parameters: &[f64], control_points: usize) -> Result<KnotVector, S
         parameters[index] + (next - parameters[index]) * rest
     });
     Ok(KnotVector::clamped(3, 0.0, 1.0, inner)?)
-}
-
-/// The curve with its last control point replaced by its first, from which it differs by round-off at most.
-fn closed_to_the_bit(curve: BSplineCurve<f64>) -> Result<BSplineCurve<f64>, SectionError> {
-    let mut points = curve.control_points().to_vec();
-    let first = points[0];
-    if let Some(last) = points.last_mut() {
-        *last = first;
-    }
-    Ok(curve.with_control_points(points)?)
 }

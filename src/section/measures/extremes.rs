@@ -128,7 +128,9 @@ impl<S: Scalar> Section<S> {
         if kind == Kind::Camber && value.abs() <= NO_CAMBER * real_frame.chord {
             return Err(missing);
         }
-        let (u, inverse) = solve_extreme(&real, &real_frame, kind, start, value).ok_or(missing)?;
+        let solve = |start| solve_extreme(&real, &real_frame, kind, start, value);
+        let narrowed = || samples.narrowed(&real, &real_frame, kind, start).and_then(solve);
+        let (u, inverse) = solve(start).or_else(narrowed).ok_or(missing)?;
         let at = |u: S| {
             let (point, tangent) = self.curve().point_and_tangent(u);
             (frame.coordinates(point), frame.components(tangent))
@@ -175,12 +177,7 @@ impl Samples {
             while segment + 2 < self.lower.len() && self.lower[segment + 1][1] < x {
                 segment += 1;
             }
-            let &[a, b] = self.lower.get(segment..segment + 2)? else { return None };
-            let share = (x - a[1]) / (b[1] - a[1]);
-            if !(0.0..=1.0).contains(&share) {
-                continue;
-            }
-            let (opposite, ordinate) = same_station(curve, frame, [a[0], b[0]], share, x);
+            let Some((opposite, ordinate)) = self.opposite(curve, frame, segment, u, x) else { continue };
             let value = kind.combine(y, ordinate);
             if best.is_none_or(|(_, other)| value.abs() > other.abs()) {
                 best = Some(([u, opposite], value));
@@ -188,19 +185,81 @@ impl Samples {
         }
         best
     }
+
+    /// Parameter and ordinate of the lower point below the upper one at `u`, if it lies in the given segment.
+    fn opposite(
+        &self,
+        curve: &BSplineCurve<f64>,
+        frame: &ChordFrame<f64>,
+        segment: usize,
+        u: f64,
+        x: f64,
+    ) -> Option<(f64, f64)> {
+        let &[a, b] = self.lower.get(segment..segment + 2)? else { return None };
+        let share = (x - a[1]) / (b[1] - a[1]);
+        if !(0.0..=1.0).contains(&share) {
+            return None;
+        }
+        same_station(curve, frame, [u, a[0], b[0]], share, x)
+    }
+
+    /// A sampled extreme, narrowed down by bisection between the upper samples beside it.
+    fn narrowed(
+        &self,
+        curve: &BSplineCurve<f64>,
+        frame: &ChordFrame<f64>,
+        kind: Kind,
+        start: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let at = |u: f64| {
+            let (point, tangent) = curve.point_and_tangent(u);
+            (frame.coordinates(point), frame.components(tangent))
+        };
+        // lower parameter and the sign of the slope of thickness or camber
+        let rise = |u: f64| {
+            let upper = at(u);
+            let x = upper.0[0];
+            let segment = self.lower.windows(2).position(|w| w[0][1] <= x && x <= w[1][1])?;
+            let opposite = self.opposite(curve, frame, segment, u, x)?.0;
+            Some((opposite, stationarity(upper, at(opposite), kind)[1] > 0.0))
+        };
+        let index = self.upper.iter().position(|sample| sample[0] == start[0])?;
+        let (mut low, mut high) = (self.upper.get(index.checked_sub(1)?)?[0], self.upper.get(index + 1)?[0]);
+        let sign = rise(low)?.1;
+        if rise(high)?.1 == sign {
+            return None;
+        }
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if rise(middle)?.1 == sign { low = middle } else { high = middle }
+        }
+        let middle = 0.5 * (low + high);
+        Some([middle, rise(middle)?.0])
+    }
 }
 
 /// Parameter and ordinate of the point with abscissa `x` between two samples, by a few Newton steps from a share.
-fn same_station(curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, ends: [f64; 2], share: f64, x: f64) -> (f64, f64) {
-    let mut u = ends[0] + share * (ends[1] - ends[0]);
+/// `None` where a surface stands upright, so that its ordinate is no good function of the station.
+fn same_station(
+    curve: &BSplineCurve<f64>,
+    frame: &ChordFrame<f64>,
+    [upper, low, high]: [f64; 3],
+    share: f64,
+    x: f64,
+) -> Option<(f64, f64)> {
+    let slopes_gently = |[along, across]: [f64; 2]| along.abs() > 0.01 * across.abs();
+    let mut u = low + share * (high - low);
+    let mut lies_flat = slopes_gently(frame.components(curve.point_and_tangent(upper).1));
     for _ in 0..4 {
         let (point, tangent) = curve.point_and_tangent(u);
-        let step = (frame.coordinates(point)[0] - x) / frame.components(tangent)[0];
-        if step.is_finite() {
-            u = (u - step).clamp(ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let tangent = frame.components(tangent);
+        lies_flat &= slopes_gently(tangent);
+        if !lies_flat {
+            return None;
         }
+        u = (u - (frame.coordinates(point)[0] - x) / tangent[0]).clamp(low.min(high), low.max(high));
     }
-    (u, frame.coordinates(curve.point_at(u))[1])
+    Some((u, frame.coordinates(curve.point_at(u))[1]))
 }
 
 /// Parameter and `dx/du` at which a surface first reaches a station (in chords), counted from the nose.
