@@ -182,3 +182,130 @@ impl<P: Problem> Problem for Bounded<P> {
         Some(Ok(hessian))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testcases::*;
+    use super::*;
+    use crate::differentiate::finite_difference;
+    use crate::differentiate::{Function, StepRange, gradient, hessian};
+    use approx::assert_relative_eq;
+    use std::convert::Infallible;
+
+    const MIXED: [Bounds; 5] = [
+        Bounds::FREE,
+        Bounds { lower: -2.0, upper: 0.5 },
+        Bounds { lower: -1.0, upper: f64::INFINITY },
+        Bounds { lower: f64::NEG_INFINITY, upper: 3.0 },
+        Bounds { lower: 0.25, upper: 0.25 },
+    ];
+
+    /// The composed function, differentiated as a whole.
+    struct Composed;
+    impl Function for Composed {
+        type Error = Infallible;
+        fn evaluate<S: Scalar>(&self, z: &[S]) -> Result<S, Infallible> {
+            let x: Vec<S> = z.iter().zip(MIXED).map(|(&z, b)| inside(z, b)).collect();
+            Rosenbrock.evaluate(&x)
+        }
+    }
+
+    fn mixed() -> Case<Rosenbrock> {
+        let mut case = rosenbrock(5);
+        case.bounds = MIXED.to_vec();
+        case.start = vec![0.3, -0.4, 2.0, -5.0, 7.0];
+        case
+    }
+
+    #[test]
+    fn start_maps_back() {
+        let problem = Bounded::new(mixed());
+        let x = problem.unwrap_point(problem.start());
+        assert_relative_eq!(x[..], [0.3, -0.4, 2.0, -5.0, 0.25], epsilon = 1e-14);
+        // at and beyond the bounds, starts move inside
+        let mut case = mixed();
+        case.start = vec![0.3, 9.0, -1.0, 3.5, 0.25];
+        let problem = Bounded::new(case);
+        let x = problem.unwrap_point(problem.start());
+        assert_relative_eq!(x[..], [0.3, 0.5 - 2.5e-3, -0.999, 2.999, 0.25], epsilon = 1e-14);
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_composition() {
+        let mut problem = Bounded::new(mixed());
+        for z in [[0.3, 0.2, -0.7, 1.4, 0.1], [-1.0, 3.0, 0.0, 0.0, 2.0], [0.5, -8.0, 10.0, -3.0, 0.0]] {
+            let (value, slope) = gradient(&Composed, &z).unwrap();
+            let (_, _, curvature) = hessian(&Composed, &z).unwrap();
+            // once with the gradient at hand, once without
+            for fresh in [false, true] {
+                if fresh {
+                    problem.last = None;
+                }
+                let matrix = problem.hessian(&z).unwrap().unwrap();
+                assert_relative_eq!(matrix, curvature, max_relative = 1e-11, epsilon = 1e-9);
+            }
+            let evaluation = problem.evaluate(&z).unwrap();
+            assert_relative_eq!(evaluation.objective, value, max_relative = 1e-13);
+            assert_relative_eq!(evaluation.gradient[..], slope[..], max_relative = 1e-12, epsilon = 1e-12);
+            for i in 0..5 {
+                let along = |t: f64| {
+                    let mut z = z;
+                    z[i] = t;
+                    Composed.evaluate(&z)
+                };
+                let estimate = finite_difference(along, z[i], StepRange::for_scale(1.0)).unwrap();
+                assert!((estimate.value - slope[i]).abs() <= estimate.error.max(1e-9 * slope[i].abs()));
+            }
+        }
+    }
+
+    #[test]
+    fn rows_of_the_jacobian_follow_the_chain_rule() {
+        struct Linear(Case<Rosenbrock>);
+        impl Problem for Linear {
+            fn variable_names(&self) -> &[String] {
+                self.0.variable_names()
+            }
+            fn start(&self) -> &[f64] {
+                self.0.start()
+            }
+            fn variable_bounds(&self) -> &[Bounds] {
+                self.0.variable_bounds()
+            }
+            fn constraint_names(&self) -> &[String] {
+                &[]
+            }
+            fn constraint_bounds(&self) -> &[Bounds] {
+                &[]
+            }
+            fn value_names(&self) -> &[String] {
+                &[]
+            }
+            fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+                let jacobian = vec![vec![1.0; 5], vec![2.0; 5]];
+                self.0.evaluate(x).map(|e| Evaluation { jacobian, ..e })
+            }
+            fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+                None
+            }
+        }
+        let mut problem = Bounded::new(Linear(mixed()));
+        let z = [0.3, 0.2, -0.7, 1.4, 0.1];
+        let evaluation = problem.evaluate(&z).unwrap();
+        let (first, _) = problem.derivatives(&z);
+        assert_eq!(evaluation.jacobian[0], first);
+        assert_relative_eq!(evaluation.jacobian[1][2], 2.0 * -0.7 / 1.49_f64.sqrt(), max_relative = 1e-15);
+        assert!(problem.hessian(&z).is_none());
+    }
+
+    #[test]
+    fn without_bounds_nothing_is_touched() {
+        let mut problem = Bounded::new(rosenbrock(4));
+        let z = [0.1, 0.2, 0.3, 0.4];
+        assert_eq!(problem.start(), rosenbrock(4).start());
+        assert_eq!(problem.evaluate(&z), rosenbrock(4).evaluate(&z));
+        assert_eq!(problem.hessian(&z), rosenbrock(4).hessian(&z));
+        assert_eq!(problem.unwrap_point(&z), z);
+        assert!(problem.last.is_none());
+    }
+}

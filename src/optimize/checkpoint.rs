@@ -101,7 +101,9 @@ impl Checkpoint {
         let owned = || path.to_owned();
         let text = std::fs::read(path).map_err(|source| CheckpointError::Read { path: owned(), source })?;
         let malformed = |error: serde_json::Error| {
-            if error.is_eof() {
+            // JSON cut inside of a number is a syntax error, not an early end
+            let cut = text.starts_with(b"{") && !text.trim_ascii_end().ends_with(b"}");
+            if error.is_eof() || cut {
                 CheckpointError::Truncated { path: owned() }
             } else {
                 CheckpointError::Malformed { path: owned(), reason: error.to_string() }
@@ -118,7 +120,8 @@ impl Checkpoint {
         }
         let stored: Stored = serde_json::from_slice(&text).map_err(malformed)?;
         let records = stored.records.into_iter().map(Record::try_from).collect::<Result<_, _>>();
-        let records = records.map_err(|reason: &str| CheckpointError::Malformed { path: owned(), reason: reason.into() })?;
+        let records =
+            records.map_err(|reason: &str| CheckpointError::Malformed { path: owned(), reason: reason.into() })?;
         Ok(Self { case: stored.case, journal: Journal { records } })
     }
 }
@@ -266,5 +269,93 @@ impl TryFrom<StoredRecord> for Record {
             StoredAnswer::HessianFailed(reason) => Answer::Hessian(Err(AnalysisFailure { reason })),
         };
         Ok(Self { x, answer })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn journal() -> Journal {
+        let values =
+            vec![0.1, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324, f64::MAX, 1.0 / 3.0, 3.0, 1e300];
+        let evaluation = Evaluation {
+            objective: 0.1 + 0.2,
+            gradient: vec![2.0_f64.powi(-1074), 4e-7 / 3.0],
+            constraints: vec![1.0],
+            jacobian: vec![vec![-1.0, 1e-17]],
+            values,
+        };
+        let failure = AnalysisFailure { reason: "no \"solution\"".into() };
+        let hessian = DMatrix::from_row_slice(2, 2, &[1.0, 0.3, 0.3, f64::EPSILON]);
+        let answers = [
+            Answer::Evaluation(Ok(evaluation)),
+            Answer::Evaluation(Err(failure.clone())),
+            Answer::Hessian(Ok(hessian)),
+            Answer::Hessian(Err(failure)),
+        ];
+        Journal { records: answers.map(|answer| Record { x: vec![1.0 / 3.0, -0.0], answer }).into() }
+    }
+
+    fn saved() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.json");
+        Checkpoint::save(&path, "mine", &journal()).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn round_trip_is_exact() {
+        let (_folder, path) = saved();
+        let loaded = Checkpoint::load(&path, "mine").unwrap().journal;
+        // Debug tells -0 from 0, and NaN is NaN
+        assert_eq!(format!("{loaded:?}"), format!("{:?}", journal()));
+        let mut seed = 1_u64;
+        let x: Vec<f64> = std::iter::repeat_with(|| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            f64::from_bits(seed)
+        })
+        .filter(|v| v.is_finite())
+        .take(10_000)
+        .collect();
+        let answer = Answer::Evaluation(Err(AnalysisFailure { reason: String::new() }));
+        let journal = Journal { records: vec![Record { x, answer }] };
+        Checkpoint::save(&path, "mine", &journal).unwrap();
+        assert_eq!(Checkpoint::load(&path, "mine").unwrap().journal, journal);
+    }
+
+    #[test]
+    fn every_cut_is_an_error() {
+        let (_folder, path) = saved();
+        let text = std::fs::read(&path).unwrap();
+        for length in 0..text.len() {
+            std::fs::write(&path, &text[..length]).unwrap();
+            let error = Checkpoint::load(&path, "mine").unwrap_err();
+            assert!(matches!(error, CheckpointError::Truncated { .. }), "{length}: {error}");
+        }
+    }
+
+    #[test]
+    fn foreign_files_are_errors() {
+        let (folder, path) = saved();
+        let error = Checkpoint::load(&path, "yours").unwrap_err();
+        assert!(matches!(&error, CheckpointError::ForeignCase { found, .. } if found == "mine"), "{error}");
+        assert!(matches!(Checkpoint::load(&folder.path().join("none"), "mine"), Err(CheckpointError::Read { .. })));
+        let attempt = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Checkpoint::load(&path, "mine").unwrap_err()
+        };
+        let later = r#"{"aeroform_checkpoint":2,"case":"mine","something":{"new":[1]}}"#;
+        assert!(matches!(attempt(later), CheckpointError::Version { found: 2, expected: 1, .. }));
+        for text in [
+            "not JSON",
+            r#"{"objective":1}"#,
+            r#"{"aeroform_checkpoint":1,"case":"mine","records":[{"x":[1,"what"],"evaluation_failed":""}]}"#,
+            r#"{"aeroform_checkpoint":1,"case":"mine","records":[{"x":[1,2],"hessian":[1,2]}]}"#,
+            r#"{"aeroform_checkpoint":1,"case":"mine","records":[{"x":[1]}]}"#,
+        ] {
+            let error = attempt(text);
+            assert!(matches!(error, CheckpointError::Malformed { .. }), "{text}: {error}");
+        }
     }
 }

@@ -101,3 +101,68 @@ impl History {
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testcases::*;
+    use super::super::{Lbfgs, Optimizer};
+    use super::*;
+    use crate::design::{AnalysisFailure, Evaluation};
+    use std::ops::ControlFlow;
+
+    #[test]
+    fn a_row_for_each_evaluation() {
+        let mut case = rosenbrock(2).failing(|x| x[0] > -1.0 && x[0] < -0.9);
+        let mut history = History::new(&case);
+        assert!(history.is_empty());
+        let observer = &mut |p: &Progress<'_>| {
+            history.record(p);
+            ControlFlow::Continue(())
+        };
+        let outcome = Lbfgs::default().minimize(&mut case, observer).unwrap();
+        let text = history.to_csv();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "evaluation,iteration,objective,max_constraint_violation,gradient_norm,step,seconds");
+        assert_eq!((lines.len(), history.len()), (outcome.evaluations + 1, outcome.evaluations));
+        assert!(lines[1].starts_with("1,0,2.4199999999999996e1,0e0,"), "{}", lines[1]);
+        let best = history.objectives().iter().copied().fold(f64::INFINITY, f64::min);
+        assert_eq!(best, outcome.evaluation.unwrap().objective);
+        assert!(lines.iter().all(|line| line.split(',').count() == 7));
+    }
+
+    #[test]
+    fn names_are_quoted_and_gaps_are_empty() {
+        let mut case = rosenbrock(2);
+        case.constraints = vec!["area".into(), "thickness, \"aft\"".into()];
+        let mut history = History::new(&case);
+        let evaluation = Evaluation {
+            objective: 0.1,
+            gradient: vec![0.0; 2],
+            constraints: vec![1.5, f64::NAN],
+            jacobian: vec![],
+            values: vec![],
+        };
+        let failure = AnalysisFailure { reason: "why".into() };
+        let mut progress = Progress {
+            evaluation: 3,
+            iteration: 2,
+            x: &[0.0, 0.0],
+            result: Ok(&evaluation),
+            best_objective: 0.1,
+            violation: 0.25,
+            gradient_norm: 1e-7,
+            step: 0.5,
+            seconds: 1.25,
+            evaluation_limit: 10,
+        };
+        history.record(&progress);
+        progress.result = Err(&failure);
+        (progress.violation, progress.gradient_norm) = (f64::NAN, f64::NAN);
+        history.record(&progress);
+        let text = history.to_csv();
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].contains(r#",area,"thickness, ""aft""",max"#), "{}", lines[0]);
+        assert_eq!(lines[1], "3,2,1e-1,1.5e0,,2.5e-1,1e-7,5e-1,1.250000");
+        assert_eq!(lines[2], "3,2,,,,,,5e-1,1.250000");
+    }
+}

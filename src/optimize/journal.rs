@@ -96,12 +96,7 @@ impl<P: Problem> Journaled<P> {
     /// Saves a [`Checkpoint`] of `case` to `path` after an evaluation, but not more often than every `interval`.
     ///
     /// A checkpoint that cannot be saved does not end the run: see [`checkpoint_error`](Self::checkpoint_error).
-    pub fn with_checkpoints(
-        mut self,
-        path: impl Into<PathBuf>,
-        case: impl Into<String>,
-        interval: Duration,
-    ) -> Self {
+    pub fn with_checkpoints(mut self, path: impl Into<PathBuf>, case: impl Into<String>, interval: Duration) -> Self {
         let saved = Instant::now();
         self.saver = Some(Saver { path: path.into(), case: case.into(), interval, saved, error: None });
         self
@@ -212,5 +207,99 @@ impl<P: Problem> Problem for Journaled<P> {
         let result = self.inner.hessian(x)?;
         self.record(x, Answer::Hessian(result.clone()));
         Some(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testcases::*;
+    use super::super::{Lbfgs, Newton, Optimizer, Outcome, Status};
+    use super::*;
+    use std::ops::ControlFlow;
+
+    fn bits(outcome: &Outcome) -> (Vec<u64>, usize, usize, Status) {
+        let x = outcome.x.iter().map(|v| v.to_bits()).collect();
+        (x, outcome.evaluations, outcome.iterations, outcome.status)
+    }
+
+    /// A run killed after `k` evaluations, its checkpoint reloaded, resumed to the end.
+    fn kill_and_resume(method: &dyn Optimizer, case: impl Fn() -> Case<ShapeMatch>, k: usize) -> (Outcome, usize) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.json");
+        let mut killed = Journaled::new(case()).with_checkpoints(&path, "case", Duration::ZERO);
+        let stop = &mut |p: &super::super::Progress<'_>| {
+            if p.evaluation == k { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        assert_eq!(method.minimize(&mut killed, stop).unwrap().status, Status::Interrupted);
+        assert!(killed.checkpoint_error().is_none());
+        drop(killed);
+        let journal = Checkpoint::load(&path, "case").unwrap().journal;
+        assert_eq!(journal.evaluations(), k);
+        let mut resumed = Journaled::resume(case(), journal);
+        let outcome = run(method, &mut resumed);
+        assert_eq!(resumed.divergence(), None);
+        assert_eq!(resumed.journal().evaluations(), outcome.evaluations);
+        (outcome, resumed.into_parts().0.asked.len())
+    }
+
+    #[test]
+    fn resumed_runs_continue_bit_for_bit() {
+        let fails: fn(&[f64]) -> bool = |x| x[0].to_bits() % 7 == 3;
+        let cases: [fn() -> Case<ShapeMatch>; 2] = [shape_match, || shape_match().bounded(-0.2, 0.2)];
+        for (method, case, kills) in [
+            (&Lbfgs::default() as &dyn Optimizer, cases[0], &[1, 2, 3, 17, 100, 200][..]),
+            (&Lbfgs::default(), cases[1], &[1, 5, 60]),
+            (&Newton::default(), cases[0], &[1, 2, 7, 30]),
+            (&Newton::default(), cases[1], &[1, 6, 20]),
+        ] {
+            let case = || case().failing(fails);
+            let whole = run(method, &mut case());
+            for &k in kills.iter().filter(|&&k| k < whole.evaluations) {
+                let (resumed, asked) = kill_and_resume(method, case, k);
+                assert_eq!(bits(&resumed), bits(&whole), "{} killed after {k}", method.name());
+                assert_eq!(asked, whole.evaluations - k);
+            }
+        }
+    }
+
+    #[test]
+    fn another_path_is_noticed() {
+        let mut first = Journaled::new(rosenbrock(2));
+        run(&Lbfgs::default(), &mut first);
+        let (_, journal) = first.into_parts();
+        let recorded = journal.records.len();
+        let other = Lbfgs { first_step: 0.02, ..Lbfgs::default() };
+        let mut resumed = Journaled::resume(rosenbrock(2), journal.clone());
+        let outcome = run(&other, &mut resumed);
+        // the start is the same, the first step is not
+        assert_eq!(resumed.divergence(), Some(1));
+        assert_eq!(bits(&outcome), bits(&run(&other, &mut rosenbrock(2))));
+        assert_eq!(resumed.journal().records.len(), outcome.evaluations);
+        // a finished run replays without a single evaluation
+        let mut again = Journaled::resume(rosenbrock(2), journal);
+        assert!(again.is_replaying());
+        let outcome = run(&Lbfgs::default(), &mut again);
+        assert_eq!((outcome.evaluations, again.divergence()), (recorded, None));
+        assert!(!again.is_replaying() && again.into_parts().0.asked.is_empty());
+    }
+
+    #[test]
+    fn a_checkpoint_that_cannot_be_saved_does_not_end_the_run() {
+        let mut problem = Journaled::new(rosenbrock(2)).with_checkpoints("/dev/null/x.json", "case", Duration::ZERO);
+        assert_eq!(run(&Lbfgs::default(), &mut problem).status, Status::Converged);
+        assert!(matches!(problem.checkpoint_error(), Some(CheckpointError::Write { .. })));
+        assert!(problem.save().is_err());
+    }
+
+    #[test]
+    fn checkpoints_keep_their_distance() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.json");
+        let mut problem = Journaled::new(rosenbrock(2)).with_checkpoints(&path, "case", Duration::from_secs(3600));
+        run(&Lbfgs::default(), &mut problem);
+        assert!(!path.exists());
+        problem.save().unwrap();
+        assert_eq!(Checkpoint::load(&path, "case").unwrap().journal, *problem.journal());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

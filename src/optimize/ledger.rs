@@ -78,6 +78,11 @@ impl<'a> Ledger<'a> {
         &self.last_failure
     }
 
+    /// How many evaluations failed so far.
+    pub(super) fn failures(&self) -> usize {
+        self.failures
+    }
+
     /// Whether the latest evaluation failed.
     pub(super) fn last_failed(&self) -> bool {
         self.last_failed
@@ -241,10 +246,7 @@ impl Problem for Ledger<'_> {
             }
             Ok(hessian)
         });
-        Some(result.map_err(|failure| {
-            self.last_failure.clone_from(&failure.reason);
-            failure
-        }))
+        Some(result.inspect_err(|failure| self.last_failure.clone_from(&failure.reason)))
     }
 }
 

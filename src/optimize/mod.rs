@@ -48,7 +48,6 @@ mod history;
 mod journal;
 mod lbfgs;
 mod ledger;
-mod line_search;
 mod newton;
 mod outcome;
 #[cfg(test)]
@@ -56,8 +55,8 @@ mod testcases;
 mod trust_region;
 
 pub use bounded::Bounded;
-pub use history::History;
 pub use checkpoint::{Checkpoint, CheckpointError};
+pub use history::History;
 pub use journal::{Answer, Journal, Journaled, Record};
 pub use lbfgs::Lbfgs;
 pub use newton::Newton;

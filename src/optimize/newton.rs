@@ -49,9 +49,11 @@ impl Default for Newton {
 
 /// Share of the predicted decrease from which a step is accepted.
 const ACCEPT: f64 = 1e-4;
+/// Share of the predicted decrease below which the ball shrinks most.
+const DISASTER: f64 = -10.0;
 /// Relative change of the objective that may be round-off.
 const ROUND_OFF: f64 = 1e-12;
-/// Steps rejected in a row before the run counts as stalled: the ball has shrunk by 4^20.
+/// Steps rejected in a row before the run counts as stalled: the ball has shrunk by 2^20 at least.
 const PATIENCE: usize = 20;
 
 impl Newton {
@@ -93,6 +95,7 @@ impl Optimizer for Newton {
             problem: Bounded::new(Ledger::new(problem, observer, self.limits)),
             radius: self.first_radius.min(self.largest_radius),
             steepest: 0.0,
+            found_limit: false,
             rejected: 0,
         };
         let verdict = run.drive();
@@ -117,6 +120,8 @@ struct Run<'a> {
     radius: f64,
     /// Largest norm of the gradient so far.
     steepest: f64,
+    /// Whether the ball was ever too large.
+    found_limit: bool,
     /// Steps rejected in a row.
     rejected: usize,
 }
@@ -173,9 +178,12 @@ impl Run<'_> {
                 return None;
             }
         } else if share < 0.25 || share.is_nan() {
-            self.radius = shorter;
+            self.found_limit = true;
+            self.radius = if share > DISASTER { 0.5 * length } else { shorter };
         } else if share > 0.75 && step.at_boundary {
-            self.radius = (2.0 * self.radius).min(self.settings.largest_radius);
+            // the right radius changes slowly once it is known
+            let growth = if self.found_limit { 1.5 } else { 3.0 };
+            self.radius = (growth * self.radius).min(self.settings.largest_radius);
         }
         if !in_noise && (share < ACCEPT || share.is_nan()) {
             return None;
@@ -227,7 +235,10 @@ impl Run<'_> {
         let ledger = self.problem.inner();
         if ledger.last_failed() {
             let reason = ledger.last_failure();
-            return (Status::Failed, format!("The analysis fails at every step from the best point: {reason}."));
+            let message = format!(
+                "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
+            );
+            return (Status::Failed, message);
         }
         let ratio = slope / self.steepest;
         let message = format!(
@@ -241,27 +252,100 @@ impl Run<'_> {
 mod tests {
     use super::super::testcases::*;
     use super::*;
+    use approx::assert_relative_eq;
+
+    fn converged(method: Newton, case: &mut dyn Problem, most: usize) -> Outcome {
+        let outcome = run(&method, case);
+        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert!(outcome.evaluations <= most, "{} evaluations", outcome.evaluations);
+        assert_eq!(outcome.evaluations, outcome.iterations + 1);
+        outcome
+    }
 
     #[test]
-    fn explore() {
-        let levels = [1e-5, 1e-6, 4e-7, 1.6e-7, 1.4e-7, 1.36e-7, 1.35e-7, 1.346e-7, 1.3451e-7];
-        for first_radius in [0.03, 0.1, 0.3, 1.0, 3.0] {
-            let method = Newton { first_radius, ..Newton::default() };
-            let mut case = shape_match();
-            let mut firsts = vec![None; levels.len()];
-            let mut log = String::new();
-            let o = method
-                .minimize(&mut case, &mut |p| {
-                    for (l, f) in levels.iter().zip(&mut firsts) {
-                        if f.is_none() && p.best_objective <= *l {
-                            *f = Some(p.evaluation);
-                        }
-                    }
-                    log += &format!("\n   {} f {:.4e} step {:.3e}", p.evaluation, p.result.unwrap().objective, p.step);
-                    ControlFlow::Continue(())
-                })
-                .unwrap();
-            println!("n {first_radius}: {} evals {} it {} h {} f {:.8e} {} {:?} {}", o.status, o.evaluations, o.iterations, o.hessians, o.evaluation.unwrap().objective, o.message, firsts, if first_radius == 0.3 {log} else {String::new()});
+    fn curved_valley() {
+        for (n, most) in [(2, 30), (32, 80)] {
+            let mut case = rosenbrock(n);
+            let outcome = converged(Newton::default(), &mut case, most);
+            assert_eq!((outcome.evaluations, outcome.hessians), (case.asked.len(), case.hessians));
+            assert!(outcome.hessians <= outcome.evaluations);
+            outcome.x.iter().for_each(|&x| assert_relative_eq!(x, 1.0, epsilon = 1e-8));
         }
+    }
+
+    #[test]
+    fn a_quadratic_is_one_step() {
+        let outcome =
+            converged(Newton { first_radius: 100.0, ..Newton::default() }, &mut quadratic(32, 1e8, 1e-10, 4e-7), 3);
+        outcome.x.iter().for_each(|&x| assert_relative_eq!(x, 1.0, epsilon = 1e-5));
+    }
+
+    #[test]
+    fn shape_match_reaches_the_optimum() {
+        for first_radius in [0.03, 0.3, 1.0, 3.0] {
+            let outcome = converged(Newton { first_radius, ..Newton::default() }, &mut shape_match(), 45);
+            assert_relative_eq!(outcome.evaluation.unwrap().objective, 1.3425663e-7, max_relative = 1e-7);
+        }
+    }
+
+    #[test]
+    fn saddle_points_are_left() {
+        for start in [[0.0, 0.0], [1.0, 0.0], [0.3, 1e-9]] {
+            let mut case = Case::new(Saddle, start.to_vec());
+            let outcome = converged(Newton::default(), &mut case, 20);
+            assert_relative_eq!(outcome.evaluation.unwrap().objective, -0.25, max_relative = 1e-10);
+        }
+    }
+
+    #[test]
+    fn failed_analyses_are_rejected_steps() {
+        let mut case = rosenbrock(2).failing(|x| (x[1] - x[0] * x[0]).abs() > 0.6);
+        let outcome = run(&Newton { first_radius: 10.0, ..Newton::default() }, &mut case);
+        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert!(outcome.failures > 0);
+        outcome.x.iter().for_each(|&x| assert_relative_eq!(x, 1.0, epsilon = 1e-8));
+        let outcome = run(&Newton::default(), &mut quadratic(3, 10.0, 1.0, 0.0).failing(|x| x[0] > 0.5));
+        assert_eq!(outcome.status, Status::Failed, "{}", outcome.message);
+        assert!(outcome.x[0] > 0.49 && outcome.x[0] <= 0.5);
+        let outcome = run(&Newton::default(), &mut rosenbrock(2).failing(|_| true));
+        assert_eq!((outcome.status, outcome.evaluations), (Status::Failed, 1));
+    }
+
+    #[test]
+    fn active_bounds() {
+        for (lower, upper) in [(-0.5, 0.8), (f64::NEG_INFINITY, 0.8), (1.5, f64::INFINITY), (0.5, 3.0)] {
+            let mut case = quadratic(5, 100.0, 1.0, 0.0).bounded(lower, upper);
+            let outcome = converged(Newton::default(), &mut case, 40);
+            assert!(outcome.kkt_residual < 1e-6, "{lower} {upper}: {:e}", outcome.kkt_residual);
+            assert!(case.asked.iter().flatten().all(|x| (lower..=upper).contains(x)));
+        }
+        // a variable without room
+        let mut case = rosenbrock(2);
+        case.bounds[0] = crate::design::Bounds { lower: 0.5, upper: 0.5 };
+        let outcome = converged(Newton::default(), &mut case, 20);
+        assert_relative_eq!(outcome.x[..], [0.5, 0.25], epsilon = 1e-9);
+    }
+
+    #[test]
+    fn limits_and_observers_end_the_run() {
+        let limits = Limits { evaluations: 7, iterations: 4 };
+        let method = Newton { limits, ..Newton::default() };
+        let outcome = run(&method, &mut rosenbrock(32));
+        assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 4));
+        let limits = Limits { evaluations: 3, iterations: 4 };
+        let outcome = run(&Newton { limits, ..method }, &mut rosenbrock(32));
+        assert_eq!((outcome.status, outcome.evaluations), (Status::EvaluationLimit, 3));
+        let stop =
+            &mut |p: &Progress<'_>| if p.evaluation == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let outcome = Newton::default().minimize(&mut rosenbrock(32), stop).unwrap();
+        assert_eq!((outcome.status, outcome.evaluations), (Status::Interrupted, 5));
+    }
+
+    #[test]
+    fn tolerances_of_zero_end_in_words() {
+        let method = Newton { objective_tolerance: 0.0, gradient_tolerance: 0.0, ..Newton::default() };
+        let outcome = run(&method, &mut quadratic(6, 1e3, 1.0, 1.0));
+        assert!(matches!(outcome.status, Status::Stalled | Status::Converged), "{}", outcome.message);
+        assert!(outcome.evaluations < 40);
     }
 }

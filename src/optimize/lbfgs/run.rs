@@ -1,138 +1,19 @@
-//! L-BFGS: `argmin` drives, this module supplies what it lacks.
-//!
-//! `argmin` asks for cost and gradient separately, takes every step for a good one, measures progress in absolute
-//! terms and gives up for good when a line search fails. Here one evaluation serves both calls, the line search is
-//! [`WolfeLineSearch`], the objective is scaled so that the very first step has a chosen length, the stopping criteria
-//! are relative, and a failed line search restarts the method from the best point with an empty memory as long as that
-//! leads anywhere.
+//! The state of a run of L-BFGS, and the faces it shows to `argmin`.
 
-use super::bounded::Bounded;
-use super::ledger::{Ledger, dot, norm};
+use super::super::bounded::Bounded;
+use super::super::ledger::{Ledger, dot, norm};
+use super::Lbfgs;
 use super::line_search::{Rejected, WolfeLineSearch};
-use super::outcome::check;
-use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::Problem;
+use crate::optimize::{Progress, Status};
 use argmin::core::{
-    CostFunction, Error, Executor, Gradient, IterState, KV, Problem as Counted, Solver, State, TerminationReason,
+    CostFunction, Error, Gradient, IterState, KV, Problem as Counted, Solver, State, TerminationReason,
     TerminationStatus,
 };
 use argmin::solver::quasinewton::LBFGS;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
-
-/// Limited-memory BFGS with restarts, for problems without constraints.
-///
-/// One iteration costs one evaluation, rarely more. Bounds on variables are met by a change of variables
-/// ([`Bounded`]). Failed analyses shorten the step.
-///
-/// The objective is divided by a constant so that the first trial step, along the negative gradient, has the length
-/// [`first_step`](Self::first_step); no tolerance depends on that constant. The run has converged when
-///
-/// * the objective fell by less than [`objective_tolerance`](Self::objective_tolerance) of its size over
-///   [`patience`](Self::patience) iterations, or
-/// * the norm of the gradient is below [`gradient_tolerance`](Self::gradient_tolerance) times the largest met so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lbfgs {
-    /// Steps remembered. The default of 500 forgets nothing in most runs, which makes it full BFGS: on an
-    /// ill-conditioned problem of 32 variables it needs a quarter of the evaluations that a memory of 20 needs, and a
-    /// step remembered costs two vectors only.
-    pub memory: usize,
-    /// Relative change of the objective, over `patience` iterations, that counts as none.
-    pub objective_tolerance: f64,
-    /// Iterations over which the change of the objective is measured.
-    pub patience: usize,
-    /// Reduction of the norm of the gradient at which the run has converged.
-    pub gradient_tolerance: f64,
-    /// Length of the first trial step, in scaled variables.
-    pub first_step: f64,
-    /// Limits of the run.
-    pub limits: Limits,
-}
-
-impl Default for Lbfgs {
-    fn default() -> Self {
-        Self {
-            memory: 500,
-            objective_tolerance: 1e-7,
-            patience: 10,
-            gradient_tolerance: 1e-10,
-            first_step: 0.1,
-            limits: Limits::default(),
-        }
-    }
-}
-
-impl Lbfgs {
-    /// The name in case files.
-    pub const NAME: &'static str = "lbfgs";
-
-    fn check(&self) -> Result<(), OptimizeError> {
-        let settings = [
-            ("memory", self.memory as f64, self.memory >= 1, "at least 1"),
-            ("patience", self.patience as f64, self.patience >= 1, "at least 1"),
-            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
-            ("objective_tolerance", self.objective_tolerance, self.objective_tolerance >= 0.0, "0 or more"),
-            ("gradient_tolerance", self.gradient_tolerance, self.gradient_tolerance >= 0.0, "0 or more"),
-            ("first_step", self.first_step, self.first_step > 0.0 && self.first_step.is_finite(), "positive"),
-        ];
-        match settings.into_iter().find(|s| !s.2) {
-            Some((setting, value, _, range)) => {
-                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
-            }
-            None => Ok(()),
-        }
-    }
-}
-
-impl Optimizer for Lbfgs {
-    fn name(&self) -> &'static str {
-        Self::NAME
-    }
-
-    fn minimize(
-        &self,
-        problem: &mut dyn Problem,
-        observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-    ) -> Result<Outcome, OptimizeError> {
-        self.check()?;
-        check(problem, Self::NAME)?;
-        let run = RefCell::new(Run::new(*self, problem, observer));
-        let verdict = drive(&run);
-        Ok(run.into_inner().problem.into_inner().close(verdict))
-    }
-}
-
-/// Runs `argmin` leg by leg, each from the point reached with an empty memory, until there is a reason to stop.
-fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
-    if let Err(verdict) = run.borrow_mut().begin() {
-        return verdict;
-    }
-    loop {
-        let (x, gradient, cost) = run.borrow_mut().begin_leg();
-        if let Some(verdict) = run.borrow_mut().verdict.take() {
-            return verdict;
-        }
-        let solver =
-            Supervised { run, lbfgs: LBFGS::new(WolfeLineSearch::default(), run.borrow().settings.memory) };
-        let ended = Executor::new(Bridge(run), solver)
-            .configure(|state| state.param(x).gradient(gradient).cost(cost))
-            .ctrlc(false)
-            .run();
-        let mut run = run.borrow_mut();
-        if let Some(verdict) = run.verdict.take() {
-            return verdict;
-        }
-        if run.problem.inner().halted().is_some() {
-            // the ledger words it
-            return (Status::Interrupted, String::new());
-        }
-        // a line search failed; the memory may be to blame unless a new one led nowhere either
-        if ended.is_err() || !run.leg_gained() {
-            return run.stuck();
-        }
-    }
-}
 
 /// A point, its objective and gradient, in the unbounded variables.
 #[derive(Debug, Clone, Default)]
@@ -143,9 +24,9 @@ struct Point {
 }
 
 /// What a run carries from leg to leg.
-struct Run<'a> {
-    problem: Bounded<Ledger<'a>>,
-    settings: Lbfgs,
+pub(super) struct Run<'a> {
+    pub(super) problem: Bounded<Ledger<'a>>,
+    pub(super) settings: Lbfgs,
     /// The latest points, so that cost and gradient share an evaluation.
     recent: VecDeque<Point>,
     /// Where the run stands.
@@ -162,14 +43,19 @@ struct Run<'a> {
     scale: f64,
     /// Whether an analysis succeeded since the last step.
     succeeded: bool,
-    verdict: Option<(Status, String)>,
+    /// Failed analyses until the last step.
+    failures: usize,
+    /// Iterations in a row in which an analysis failed, and in which none did.
+    hindered: usize,
+    unhindered: usize,
+    pub(super) verdict: Option<(Status, String)>,
 }
 
 impl<'a> Run<'a> {
     /// Points kept: a little more than those of one line search.
     const RECENT: usize = 24;
 
-    fn new(
+    pub(super) fn new(
         settings: Lbfgs,
         problem: &'a mut dyn Problem,
         observer: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
@@ -185,12 +71,15 @@ impl<'a> Run<'a> {
             steepest: 0.0,
             scale: 1.0,
             succeeded: false,
+            failures: 0,
+            hindered: 0,
+            unhindered: 0,
             verdict: None,
         }
     }
 
     /// Evaluates the start.
-    fn begin(&mut self) -> Result<(), (Status, String)> {
+    pub(super) fn begin(&mut self) -> Result<(), (Status, String)> {
         let start = self.problem.start().to_vec();
         self.current = self.at(&start).map_err(|_| {
             let reason = self.problem.inner().last_failure();
@@ -202,7 +91,7 @@ impl<'a> Run<'a> {
 
     /// Chooses the scale of the objective such that the first step of a leg has the length of the last step, and
     /// returns point, scaled gradient and scaled objective.
-    fn begin_leg(&mut self) -> (Vec<f64>, Vec<f64>, f64) {
+    pub(super) fn begin_leg(&mut self) -> (Vec<f64>, Vec<f64>, f64) {
         self.leg_start = self.current.objective;
         self.scale = (norm(&self.current.gradient) / self.step).max(f64::MIN_POSITIVE);
         let gradient = self.current.gradient.iter().map(|g| g / self.scale).collect();
@@ -236,6 +125,10 @@ impl<'a> Run<'a> {
         self.step = norm(&s).clamp(f64::MIN_POSITIVE, self.settings.first_step);
         self.current = next;
         self.succeeded = false;
+        let failures = self.problem.inner().failures();
+        let hindered = failures > self.failures;
+        self.failures = failures;
+        (self.hindered, self.unhindered) = if hindered { (self.hindered + 1, 0) } else { (0, self.unhindered + 1) };
         self.problem.inner_mut().iteration += 1;
         self.judge();
         // a pair without positive curvature would spoil the memory, which argmin does not check
@@ -253,6 +146,8 @@ impl<'a> Run<'a> {
         self.objectives.push_back(self.current.objective);
         let objective = self.current.objective;
         let before = self.objectives[0];
+        let unchanged =
+            |tolerance: f64| self.objectives.len() > patience && before - objective <= tolerance * objective.abs();
         self.verdict = if slope <= gradient_tolerance * self.steepest {
             let message = if slope == 0.0 {
                 "Converged: the gradient vanishes.".into()
@@ -261,7 +156,10 @@ impl<'a> Run<'a> {
                 format!("Converged: the gradient fell to {slope:.1e}, {ratio:.1e} of its largest norm.")
             };
             Some((Status::Converged, message))
-        } else if self.objectives.len() > patience && before - objective <= objective_tolerance * objective.abs() {
+        } else if self.hindered >= patience && unchanged(objective_tolerance.sqrt()) {
+            // steps that are short because of failures are no sign of a minimum
+            Some((Status::Failed, self.pressed()))
+        } else if self.unhindered >= patience && unchanged(objective_tolerance) {
             let change = (before - objective) / objective.abs();
             let message = format!(
                 "Converged: the objective changed by {change:.1e} of its size over {patience} iterations; the norm of the gradient is {slope:.1e}."
@@ -277,17 +175,25 @@ impl<'a> Run<'a> {
     }
 
     /// Whether the leg that just ended lowered the objective by more than the tolerance.
-    fn leg_gained(&self) -> bool {
+    pub(super) fn leg_gained(&self) -> bool {
         let Point { objective, .. } = self.current;
         self.leg_start - objective > self.settings.objective_tolerance * objective.abs()
     }
 
+    /// What to say where failed analyses stand in the way.
+    fn pressed(&self) -> String {
+        let reason = self.problem.inner().last_failure();
+        let slope = norm(&self.current.gradient);
+        format!(
+            "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
+        )
+    }
+
     /// The verdict where no line search leads on.
-    fn stuck(&self) -> (Status, String) {
+    pub(super) fn stuck(&self) -> (Status, String) {
         let slope = norm(&self.current.gradient);
         if !self.succeeded && self.problem.inner().last_failed() {
-            let reason = self.problem.inner().last_failure();
-            return (Status::Failed, format!("The analysis fails at every step from the best point: {reason}."));
+            return (Status::Failed, self.pressed());
         }
         let ratio = slope / self.steepest;
         let message = format!(
@@ -303,7 +209,7 @@ impl<'a> Run<'a> {
 struct Halted;
 
 /// The scaled objective as `argmin` sees it.
-struct Bridge<'r, 'a>(&'r RefCell<Run<'a>>);
+pub(super) struct Bridge<'r, 'a>(pub(super) &'r RefCell<Run<'a>>);
 
 impl CostFunction for Bridge<'_, '_> {
     type Param = Vec<f64>;
@@ -330,9 +236,9 @@ impl Gradient for Bridge<'_, '_> {
 type Iterate = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
 
 /// `argmin`'s L-BFGS under the stopping criteria of this module.
-struct Supervised<'r, 'a> {
-    run: &'r RefCell<Run<'a>>,
-    lbfgs: LBFGS<WolfeLineSearch, Vec<f64>, Vec<f64>, f64>,
+pub(super) struct Supervised<'r, 'a> {
+    pub(super) run: &'r RefCell<Run<'a>>,
+    pub(super) lbfgs: LBFGS<WolfeLineSearch, Vec<f64>, Vec<f64>, f64>,
 }
 
 impl<'r, 'a> Solver<Bridge<'r, 'a>, Iterate> for Supervised<'r, 'a> {
@@ -340,11 +246,7 @@ impl<'r, 'a> Solver<Bridge<'r, 'a>, Iterate> for Supervised<'r, 'a> {
         "supervised L-BFGS"
     }
 
-    fn init(
-        &mut self,
-        problem: &mut Counted<Bridge<'r, 'a>>,
-        state: Iterate,
-    ) -> Result<(Iterate, Option<KV>), Error> {
+    fn init(&mut self, problem: &mut Counted<Bridge<'r, 'a>>, state: Iterate) -> Result<(Iterate, Option<KV>), Error> {
         self.lbfgs.init(problem, state)
     }
 
@@ -366,34 +268,5 @@ impl<'r, 'a> Solver<Bridge<'r, 'a>, Iterate> for Supervised<'r, 'a> {
 
     fn terminate(&mut self, _state: &Iterate) -> TerminationStatus {
         TerminationStatus::NotTerminated
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::testcases::*;
-    use super::*;
-
-    #[test]
-    fn explore() {
-        let levels = [1e-5, 1e-6, 4e-7, 1.6e-7, 1.4e-7, 1.36e-7, 1.35e-7, 1.346e-7, 1.3451e-7];
-        for memory in [500] {
-            for first_step in [0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.5] {
-                let method = Lbfgs { memory, first_step, ..Lbfgs::default() };
-                let mut case = shape_match();
-                let mut firsts = vec![None; levels.len()];
-                let o = method
-                    .minimize(&mut case, &mut |p| {
-                        for (l, f) in levels.iter().zip(&mut firsts) {
-                            if f.is_none() && p.best_objective <= *l {
-                                *f = Some(p.evaluation);
-                            }
-                        }
-                        ControlFlow::Continue(())
-                    })
-                    .unwrap();
-                println!("m {memory} s {first_step}: {} evals {} it {} f {:.6e} {} {:?}", o.status, o.evaluations, o.iterations, o.evaluation.unwrap().objective, o.message, firsts);
-            }
-        }
     }
 }

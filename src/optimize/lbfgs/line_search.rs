@@ -8,7 +8,7 @@
 //! [`Search`] is the bare algorithm on numbers, [`WolfeLineSearch`] lends it to `argmin`, whose own line searches end
 //! the whole run at the first failed analysis.
 
-use super::ledger::dot;
+use super::super::ledger::dot;
 use argmin::core::{
     CostFunction, Error, Gradient, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus,
 };
@@ -304,14 +304,12 @@ mod tests {
             Some((-a + 1e6 * p.powi(3), -1.0 + 3e6 * p * p))
         };
         for first in [1e-3, 0.1, 1.0, 10.0, 1e3] {
-            for (name, f) in [
-                ("rational", &rational as &dyn Fn(f64) -> Option<(f64, f64)>),
-                ("quintic", &quintic),
-                ("wall", &wall),
-            ] {
+            for (name, f) in
+                [("rational", &rational as &dyn Fn(f64) -> Option<(f64, f64)>), ("quintic", &quintic), ("wall", &wall)]
+            {
                 let (verdict, trials) = run(f, first);
                 assert!(is_wolfe(f, verdict), "{name} from {first}: {verdict:?}");
-                assert!(trials <= 12, "{name} from {first}: {trials} trials");
+                assert!(trials <= 16, "{name} from {first}: {trials} trials");
             }
         }
     }
