@@ -147,11 +147,10 @@ fn join_surfaces(listing: &Listing, extent: f64) -> Vec<Point> {
     let nose_first = a_first.xy[0] <= a_last.xy[0];
     let nose_second = b_first.xy[0] <= b_last.xy[0];
     let mut chain: Vec<Point> = if nose_first { a.iter().rev().copied().collect() } else { a.to_vec() };
-    if nose_second {
-        chain.extend(b)
-    } else {
-        chain.extend(b.iter().rev())
-    }
+    let second: Vec<Point> = if nose_second { b.to_vec() } else { b.iter().rev().copied().collect() };
+    // both surfaces name the nose
+    let shared = chain.last().zip(second.first()).is_some_and(|(a, b)| distance(a, b) <= SAME * extent);
+    chain.extend(second.into_iter().skip(usize::from(shared)));
     chain
 }
 

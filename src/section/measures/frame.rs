@@ -65,7 +65,8 @@ impl<S: Scalar> Section<S> {
         Ok(self.chord_frame()?.components([a[0] - b[0], a[1] - b[1]])[1])
     }
 
-    /// Angle between the surfaces at the trailing edge in radians, in (−π, π]; negative where they have crossed.
+    /// Angle between the surfaces at the trailing edge in radians, in (−π, π]; negative where they open
+    /// towards the tail or have crossed.
     ///
     /// # Errors
     /// A surface without a direction at its end.
