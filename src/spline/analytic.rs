@@ -77,7 +77,8 @@ pub fn elliptic_arc<S: Scalar>(
     }
     let sweep = to - from;
     // a full turn may come as a difference that rounds above it
-    if !(sweep != 0.0 && sweep.abs() <= TAU * (1.0 + 4.0 * f64::EPSILON)) || !from.is_finite() {
+    let most = TAU * (1.0 + 4.0 * f64::EPSILON);
+    if !(sweep != 0.0 && sweep.abs() <= most && from.is_finite()) {
         return Err(SplineError::BadSweep { from, to });
     }
     let largest = semi_axes[0].re().max(semi_axes[1].re());

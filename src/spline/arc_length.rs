@@ -63,7 +63,7 @@ impl<S: Scalar, const D: usize> ArcLengths<S, D> {
     /// `u` outside of the domain; [`SplineError::ZeroTangent`] where a derivative does not exist.
     pub fn at(&self, u: S) -> Result<S, SplineError> {
         check(&self.curve, u.re())?;
-        let panel = self.panel_of(&self.ends, u.re());
+        let panel = self.panels_before(&self.ends, |end| *end <= u.re());
         Ok(self.lengths[panel] + piece(&self.curve, self.ends[panel], u.re())? + tip(&self.curve, u)?)
     }
 
@@ -77,11 +77,11 @@ impl<S: Scalar, const D: usize> ArcLengths<S, D> {
         if !(wanted >= 0.0 && wanted <= total * (1.0 + 1e-14)) {
             return Err(SplineError::LengthOutside { length: wanted, total });
         }
-        let real: Vec<f64> = self.lengths.iter().map(|l| l.re()).collect();
-        let panel = self.panel_of(&real, wanted);
+        let panel = self.panels_before(&self.lengths, |length| length.re() <= wanted);
+        let before = self.lengths[panel].re();
         let (start, end) = (self.ends[panel], self.ends[panel + 1]);
         let speed = |u: f64| norm(self.real.tangent_at(u));
-        let root = bracketed(start, end, |u| (real[panel] + SIXTEEN.integrate(start, u, speed) - wanted, speed(u)));
+        let root = bracketed(start, end, |u| (before + SIXTEEN.integrate(start, u, speed) - wanted, speed(u)));
         if S::NDERIV == 0 {
             return Ok(S::from(root));
         }
@@ -93,9 +93,9 @@ impl<S: Scalar, const D: usize> ArcLengths<S, D> {
         Ok(lift_root(root, slope, |u: S| fixed + tip_unchecked(&self.curve, u) - length))
     }
 
-    /// The panel of a sorted table that holds `x`.
-    fn panel_of(&self, table: &[f64], x: f64) -> usize {
-        table[1..self.ends.len() - 1].partition_point(|&e| e <= x)
+    /// The number of whole panels before the first of the sorted entries for which `before` fails.
+    fn panels_before<T>(&self, table: &[T], before: impl Fn(&T) -> bool) -> usize {
+        table[1..self.ends.len() - 1].partition_point(before)
     }
 }
 

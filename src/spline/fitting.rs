@@ -35,7 +35,7 @@ pub enum EndCondition<S, const D: usize = 2> {
 /// let parabola = [[0.0, 0.0], [0.3, 0.09], [0.7, 0.49], [1.0, 1.0]];
 /// let curve = interpolate(&[0.0, 0.3, 0.7, 1.0], &parabola, EndCondition::NotAKnot).unwrap();
 /// let [x, y] = curve.evaluate(0.5);
-/// assert!((x - 0.5).abs() < 1e-15 && (y - 0.25).abs() < 1e-15);
+/// assert!(f64::abs(x - 0.5) < 1e-15 && f64::abs(y - 0.25) < 1e-15);
 /// ```
 ///
 /// # Errors
@@ -62,8 +62,8 @@ pub fn interpolate<S: Scalar, const D: usize>(
 /// let through = Interpolation::natural(&[0.0, 0.4, 1.0]).unwrap();
 /// let arch = through.curve(&[[0.0, 0.0], [0.5, 1.0], [1.0, 0.0]]).unwrap();
 /// let line = through.curve(&[[0.0], [0.4], [1.0]]).unwrap();
-/// assert!((arch.evaluate(0.4)[1] - 1.0).abs() < 1e-15);
-/// assert!((line.evaluate(0.9)[0] - 0.9).abs() < 1e-15);
+/// assert!(f64::abs(arch.evaluate(0.4)[1] - 1.0) < 1e-15);
+/// assert!(f64::abs(line.evaluate(0.9)[0] - 0.9) < 1e-15);
 /// ```
 #[derive(Debug, Clone)]
 pub struct Interpolation {

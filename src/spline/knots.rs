@@ -166,7 +166,7 @@ impl KnotVector {
         let mut result: Vec<BasisValues<S>> = vec![SmallVec::from_elem(zero, p + 1); order + 1];
         result[0] = self.basis(span, u);
         // values of lower degree, from which differences give the derivatives
-        for k in 1..=order.min(p) {
+        for (k, derivative) in result.iter_mut().enumerate().take(p + 1).skip(1) {
             let mut row: BasisValues<S> = self.basis_of_degree(span, u, p - k);
             // raise the degree k times by differencing: N' of degree q from values of degree q - 1
             for q in p - k + 1..=p {
@@ -184,7 +184,7 @@ impl KnotVector {
                 }
                 row = raised;
             }
-            result[k] = row;
+            *derivative = row;
         }
         result
     }

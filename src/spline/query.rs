@@ -302,9 +302,9 @@ fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 mod tests {
     use super::super::refine::tests::any_curve;
     use super::*;
-    use crate::differentiate::{StepRange, VectorFunction, finite_difference_jacobian, jacobian};
+    use crate::differentiate::{StepRange, VectorFunction, finite_difference, finite_difference_jacobian, jacobian};
     use crate::spline::KnotVector;
-    use num_dual::Dual64;
+    use num_dual::{Dual2_64, Dual64};
     use proptest::prelude::*;
 
     /// Points of every span, its ends included.
@@ -383,6 +383,25 @@ mod tests {
         for (e, c) in exact.iter().zip(checked.iter()) {
             assert!((e - c.value).abs() <= c.error, "{e} {c:?}");
             assert!(c.error < 1e-7 * (1.0 + e.abs()), "{c:?}");
+        }
+    }
+
+    #[test]
+    fn second_derivatives_are_lifted_too() {
+        fn queries<S: Scalar>(x: S) -> [S; 3] {
+            let mut points = points(&[S::from(0.0); 12]);
+            points[2][1] += x;
+            let curve = BSplineCurve::new(KnotVector::clamped(3, 0.0, 2.0, [0.5, 1.1]).unwrap(), points).unwrap();
+            let near = curve.closest_point([x + 0.6, S::from(0.9)]).unwrap();
+            let crossing = curve.parameter_at_coordinate(0, x + 0.7, 0.0, 2.0).unwrap();
+            [near.parameter, crossing, curve.tight_bounding_box().unwrap().upper[1]]
+        }
+        let second = queries(Dual2_64::from(0.0).derivative());
+        for (k, exact) in second.iter().enumerate() {
+            let slope = |x: f64| Ok::<_, SplineError>(queries(Dual64::new(x, 1.0))[k].eps);
+            let estimate = finite_difference(slope, 0.0, StepRange::for_scale(0.5)).unwrap();
+            assert!((exact.v2 - estimate.value).abs() <= estimate.error, "{k} {} {estimate:?}", exact.v2);
+            assert!(estimate.error < 1e-7);
         }
     }
 

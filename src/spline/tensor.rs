@@ -74,8 +74,8 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
     pub fn evaluate(&self, u: [S; P]) -> [S; D] {
         let mut point = [S::from(0.0); D];
         for_each_weight(&self.axes, u, |index, weight| {
-            for d in 0..D {
-                point[d] += self.control_points[index][d] * weight;
+            for (p, c) in point.iter_mut().zip(&self.control_points[index]) {
+                *p += *c * weight;
             }
         });
         point
@@ -85,8 +85,8 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
     pub fn point_at(&self, u: [f64; P]) -> [S; D] {
         let mut point = [S::from(0.0); D];
         for_each_weight(&self.axes, u, |index, weight| {
-            for d in 0..D {
-                point[d] += self.control_points[index][d] * weight;
+            for (p, c) in point.iter_mut().zip(&self.control_points[index]) {
+                *p += *c * weight;
             }
         });
         point
