@@ -200,3 +200,72 @@ fn parse_number(text: &str) -> Result<f64, SectionError> {
         .filter(|value| value.is_finite())
         .ok_or_else(|| SectionError::NotANumber { text: text.into() })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_are_read() {
+        let names = |text: &str| -> Vec<String> {
+            SectionDefinition::parse(text).unwrap().parameters().into_iter().map(|p| p.0).collect()
+        };
+        assert_eq!(names("naca2412"), ["thickness", "camber", "camber_position"]);
+        assert_eq!(names("NACA 23012:sharp"), ["thickness", "design_lift", "camber_position"]);
+        assert_eq!(names("kulfan:upper=0.1,0.2/lower=-0.1"), ["upper_0", "upper_1", "lower_0"]);
+        assert_eq!(
+            names("kulfan: upper = 0.1 / lower = -0.1 / gap = 0.01 / class=0.5,1.0"),
+            ["upper_0", "lower_0", "trailing_edge_gap"]
+        );
+        for (text, kind) in [
+            ("naca0012", TrailingEdge::Blunt),
+            ("naca0012:blunt", TrailingEdge::Blunt),
+            ("naca-0012:sharp", TrailingEdge::Sharp),
+            ("kulfan:upper=0.1/lower=-0.1", TrailingEdge::Sharp),
+            ("kulfan:upper=0.1/lower=-0.1/gap=0.001", TrailingEdge::Blunt),
+        ] {
+            let definition = SectionDefinition::parse(text).unwrap();
+            assert_eq!(definition.trailing_edge(), kind);
+            let section = definition.section().unwrap();
+            let [a, b] = section.trailing_edge_points().map(|p| p.map(f64::to_bits));
+            assert_eq!(a == b, kind == TrailingEdge::Sharp, "{text}");
+            assert_eq!(section.name(), definition.name());
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        use SectionError as E;
+        let error = |text: &str| SectionDefinition::parse(text).unwrap_err();
+        assert_eq!(error("ncaa0012"), E::UnknownShape { text: "ncaa0012".into() });
+        assert_eq!(error(""), E::UnknownShape { text: String::new() });
+        assert_eq!(error("naca0012:shrap"), E::UnknownShape { text: "naca0012:shrap".into() });
+        assert_eq!(error("naca00120012"), E::UnknownDesignation { designation: "00120012".into() });
+        assert_eq!(error("naca26012"), E::UnknownDesignation { designation: "26012".into() });
+        let key = |key: &str, problem| E::KulfanKey { key: key.into(), problem };
+        assert_eq!(error("kulfan:upper=0.1"), key("lower", KeyProblem::Missing));
+        assert_eq!(error("kulfan:upper=0.1/upper=0.2"), key("upper", KeyProblem::Twice));
+        assert_eq!(error("kulfan:top=0.1"), key("top", KeyProblem::Unknown));
+        assert_eq!(error("kulfan:upper=1/lower=1/class=1"), key("class", KeyProblem::Empty));
+        assert_eq!(error("kulfan:upper=0.1,x/lower=0"), E::NotANumber { text: "x".into() });
+        assert_eq!(error("kulfan:upper=0.1,nan/lower=0"), E::NotANumber { text: "nan".into() });
+        assert!(matches!(error("no/such/file.dat"), E::Read { kind: std::io::ErrorKind::NotFound, .. }));
+        assert!(matches!(error("."), E::UnknownShape { .. } | E::Read { .. }));
+    }
+
+    #[test]
+    fn the_number_of_control_points_is_chosen() {
+        for text in ["naca2412", "naca23012", "kulfan:upper=0.1/lower=-0.1"] {
+            let definition = SectionDefinition::parse(text).unwrap();
+            for n in [11, 51, 201] {
+                let section = definition.clone().with_control_points(n).unwrap().section().unwrap();
+                assert_eq!(section.curve().control_points().len(), n);
+                assert!(section.nose().iter().all(|c| c.abs() < 1e-16));
+            }
+            for found in [0, 4, 9, 100] {
+                let error = definition.clone().with_control_points(found).unwrap_err();
+                assert_eq!(error, SectionError::ControlPointCount { found, least: 11 });
+            }
+        }
+    }
+}

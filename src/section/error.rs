@@ -273,6 +273,11 @@ pub enum CoordinateError {
         /// Distance to the other end, in the unit of the file.
         distance: f64,
     },
+    /// Repairs that call for one another without end.
+    #[error(
+        "the outline has no recognisable trailing edge; list the points from the trailing edge round the nose and back"
+    )]
+    Unsettled,
     /// The outline does not cross itself, but the curve through its points does.
     #[error("the curve through the points crosses itself near ({x:.5}, {y:.5})")]
     CurveCrossing {

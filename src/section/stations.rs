@@ -55,6 +55,10 @@ pub(super) fn analytic_section<S: Scalar>(
             1.0 - (1.0 - nose) * from_end as f64 / half as f64
         });
     }
+    if trailing_edge == TrailingEdge::Sharp {
+        // equal already, but perhaps not in the sign of a zero
+        points[intervals] = points[0];
+    }
     let curve = interpolate(&parameters, &points, EndCondition::Natural)?;
     let curve = with_ends(&curve, points[0], points[intervals])?;
     Section::new(curve, trailing_edge, nose, name)

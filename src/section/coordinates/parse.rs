@@ -23,9 +23,14 @@ pub(super) struct Listing {
 }
 
 /// Coordinates beyond are refused: their products would lose all meaning.
-pub(super) const LARGEST: f64 = 1e9;
+const LARGEST: f64 = 1e9;
 /// More points than any section needs; the checks take time that grows with the square.
 pub(super) const MOST: usize = 10_000;
+
+/// Whether a coordinate is finite and of sensible size.
+pub(super) fn usable(coordinate: f64) -> bool {
+    coordinate.abs() <= LARGEST
+}
 
 /// One line without its comment.
 enum Line<'a> {
@@ -91,15 +96,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Listing, CoordinateError> {
     if listing.points.is_empty() {
         return Err(CoordinateError::Empty);
     }
-    if let Some((line, count)) = count {
-        if count != listing.points.len() as f64 {
-            return Err(CoordinateError::Columns { line, found: 1 });
-        }
+    if let Some((line, _)) = count.filter(|&(_, count)| count != listing.points.len() as f64) {
+        return Err(CoordinateError::Columns { line, found: 1 });
     }
     listing.breaks.retain(|&at| at < listing.points.len());
     listing.take_header()?;
     for point in &listing.points {
-        if let Some(&value) = point.xy.iter().find(|c| !(c.abs() <= LARGEST)) {
+        if let Some(&value) = point.xy.iter().find(|c| !usable(**c)) {
             return Err(CoordinateError::Value { line: point.line, value });
         }
     }

@@ -64,6 +64,8 @@ pub(super) struct Outline {
 
 /// Different points that make a section.
 const FEWEST: usize = 4;
+/// Rounds of repairs after which a file counts as beyond repair.
+const ROUNDS: usize = 8;
 /// Points nearer than this share of the extent are the same.
 const SAME: f64 = 1e-8;
 /// A gap below this share of the extent is rounding of a file, not a base.
@@ -75,33 +77,48 @@ const LEAP: f64 = 0.75;
 
 pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
     let mut repairs: Vec<Repair> = listing.remarks.iter().map(|&line| Repair::RemarkIgnored { line }).collect();
-    let extent = extent(&listing.points);
-    let mut points = join_surfaces(&listing, extent);
-    drop_duplicates(&mut points, extent, &mut repairs);
+    let mut points = join_surfaces(&listing.points, listing.lednicer, &listing.breaks);
+    // one repair may call for another; what comes out must need none
+    for _ in 0..ROUNDS {
+        let (before, recorded) = (points.clone(), repairs.len());
+        let trailing_edge = mend(&mut points, &mut repairs)?;
+        if points == before && repairs.len() == recorded {
+            if let Some((i, j, [x, y])) = polygon_crossing(&points) {
+                return Err(CoordinateError::SelfCrossing { first: points[i].line, second: points[j].line, x, y });
+            }
+            return Ok(Outline { points, trailing_edge, repairs });
+        }
+        points = join_surfaces(&points, None, &[]);
+    }
+    Err(CoordinateError::Unsettled)
+}
+
+/// One round of repairs.
+fn mend(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) -> Result<TrailingEdge, CoordinateError> {
+    let extent = extent(points);
+    drop_duplicates(points, extent, repairs);
     if points.len() < FEWEST {
         return Err(CoordinateError::TooFewPoints { found: points.len(), needed: FEWEST });
     }
-    let area = signed_area(&points);
-    if !(area.abs() > 1e-6 * extent * extent) || extent < 1e-9 {
-        return Err(CoordinateError::NoArea { chord: extent, area: area.abs() });
+    let area = signed_area(points).abs();
+    // written so that NaN fails
+    if !(area > 1e-6 * extent * extent && extent > 1e-9) {
+        return Err(CoordinateError::NoArea { chord: extent, area });
     }
-    begin_at_tail(&mut points, extent, &mut repairs);
-    drop_base(&mut points, extent, &mut repairs);
-    complete_tail(&mut points, extent, &mut repairs)?;
-    sort_surfaces(&mut points, extent, &mut repairs);
-    if signed_area(&points) < 0.0 {
+    begin_at_tail(points, extent, repairs);
+    drop_base(points, extent, repairs);
+    complete_tail(points, extent, repairs)?;
+    sort_surfaces(points, extent, repairs);
+    if signed_area(points) < 0.0 {
         points.reverse();
         repairs.push(Repair::Reversed);
     }
-    let trailing_edge = close_tail(&mut points, extent, &mut repairs);
+    let trailing_edge = close_tail(points, extent, repairs);
     let different = points.len() - usize::from(trailing_edge == TrailingEdge::Sharp);
     if different < FEWEST {
         return Err(CoordinateError::TooFewPoints { found: different, needed: FEWEST });
     }
-    if let Some((i, j, [x, y])) = polygon_crossing(&points) {
-        return Err(CoordinateError::SelfCrossing { first: points[i].line, second: points[j].line, x, y });
-    }
-    Ok(Outline { points, trailing_edge, repairs })
+    Ok(trailing_edge)
 }
 
 pub(super) fn distance(a: &Point, b: &Point) -> f64 {
@@ -132,37 +149,35 @@ fn signed_area(points: &[Point]) -> f64 {
 
 /// One chain of points. Lednicer files, and files that list two surfaces without a header, give two: the first is
 /// turned round so that they meet at the nose.
-fn join_surfaces(listing: &Listing, extent: f64) -> Vec<Point> {
-    let points = &listing.points;
-    let divide = match listing.lednicer {
+fn join_surfaces(points: &[Point], lednicer: Option<[usize; 2]>, breaks: &[usize]) -> Vec<Point> {
+    let extent = extent(points);
+    let divide = match lednicer {
         Some([upper, _]) => Some(upper),
-        None => divide_at(listing, extent),
+        None => divide_at(points, breaks, extent),
     };
-    let Some(at) = divide else { return points.clone() };
+    let Some(at) = divide else { return points.to_vec() };
     let (a, b) = points.split_at(at);
     let (Some(a_first), Some(a_last), Some(b_first), Some(b_last)) = (a.first(), a.last(), b.first(), b.last()) else {
-        return points.clone();
+        return points.to_vec();
     };
     // the two ends that lie furthest to the left (together) are the nose
     let nose_first = a_first.xy[0] <= a_last.xy[0];
     let nose_second = b_first.xy[0] <= b_last.xy[0];
     let mut chain: Vec<Point> = if nose_first { a.iter().rev().copied().collect() } else { a.to_vec() };
-    if nose_second {
-        chain.extend(b)
-    } else {
-        chain.extend(b.iter().rev())
-    }
+    let second: Vec<Point> = if nose_second { b.to_vec() } else { b.iter().rev().copied().collect() };
+    // both surfaces name the nose
+    let shared = chain.last().zip(second.first()).is_some_and(|(a, b)| distance(a, b) <= SAME * extent);
+    chain.extend(second.into_iter().skip(usize::from(shared)));
     chain
 }
 
 /// Where a file without a header changes from one surface to the other by a leap back along the chord.
-fn divide_at(listing: &Listing, extent: f64) -> Option<usize> {
-    let points = &listing.points;
+fn divide_at(points: &[Point], breaks: &[usize], extent: f64) -> Option<usize> {
     let leap = |i: usize| distance(&points[i - 1], &points[i]);
     let longest = (1..points.len()).max_by(|&i, &j| leap(i).total_cmp(&leap(j)))?;
     // a surface of two points is a straight one, drawn from end to end
     let both = longest >= 2 && points.len() - longest >= 2;
-    let at_break = listing.breaks.contains(&longest) && leap(longest) > 0.5 * extent;
+    let at_break = breaks.contains(&longest) && leap(longest) > 0.5 * extent;
     (both && (leap(longest) > LEAP * extent || at_break)).then_some(longest)
 }
 

@@ -265,3 +265,121 @@ fn meeting(a: &Piece, b: &Piece, at: [f64; 2]) -> Crossing {
     let point = [0, 1].map(|d| first[d] + (last[d] - first[d]) * at[0]);
     Crossing { first: u.min(v), second: u.max(v), point }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::SectionDefinition;
+    use crate::spline::KnotVector;
+    use proptest::prelude::*;
+
+    fn cubic(points: &[[f64; 2]]) -> BSplineCurve<f64> {
+        BSplineCurve::new(KnotVector::clamped_uniform(3, points.len()).unwrap(), points.to_vec()).unwrap()
+    }
+
+    fn is_crossing(curve: &BSplineCurve<f64>, c: &Crossing) -> bool {
+        let (a, b) = (curve.point_at(c.first), curve.point_at(c.second));
+        let near = |p: [f64; 2]| (p[0] - c.point[0]).hypot(p[1] - c.point[1]) < 1e-7;
+        c.first < c.second && near(a) && near(b)
+    }
+
+    #[test]
+    fn sections_do_not_cross() {
+        for text in [
+            "naca0012:sharp",
+            "naca0001:sharp",
+            "naca8416:sharp",
+            "naca2412",
+            "naca23112",
+            "kulfan:upper=0.2,0.3,0.01/lower=-0.1,0.1,0.01/class=0.5,2.0",
+            "kulfan:upper=0.1/lower=-0.1/class=0.5,3.0",
+        ] {
+            let section = SectionDefinition::parse(text).unwrap().section().unwrap();
+            assert_eq!(section.self_intersection(), None, "{text}");
+            // turned and far away, too
+            let moved = section
+                .curve()
+                .control_points()
+                .iter()
+                .map(|p| [30.0 - 0.6 * p[0] - 0.8 * p[1], 0.8 * p[0] - 0.6 * p[1]]);
+            let moved = section.with_control_points(moved.collect()).unwrap();
+            assert_eq!(moved.self_intersection(), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_fish_tail_is_found() {
+        // the surfaces change places before they meet
+        let definition = SectionDefinition::parse("kulfan:upper=0.2,0.2,-0.01/lower=-0.2,-0.2,0.01").unwrap();
+        let section = definition.section().unwrap();
+        let crossing = section.self_intersection().unwrap();
+        assert!(is_crossing(section.curve(), &crossing), "{crossing:?}");
+        // 0.2 ((1 − x)² + 2 x (1 − x)) = 0.01 x²
+        assert!((crossing.point[0] - (0.2f64 / 0.21).sqrt()).abs() < 1e-6 && crossing.point[1].abs() < 1e-12);
+    }
+
+    #[test]
+    fn loops_of_all_sizes_are_found() {
+        // x = t³ − a² t, y = t² crosses itself at t = ±a, at (0, a²)
+        for a in [0.5, 1e-1, 1e-2, 1e-3, 1e-4] {
+            let a2 = a * a;
+            // Bézier points of the cubic on [−1, 1]
+            let curve =
+                cubic(&[[a2 - 1.0, 1.0], [1.0 + a2 / 3.0, -1.0 / 3.0], [-1.0 - a2 / 3.0, -1.0 / 3.0], [1.0 - a2, 1.0]]);
+            let crossing = curve_crossing(&curve).unwrap();
+            assert!(crossing.point[0].abs() < 1e-9 && (crossing.point[1] - a2).abs() < 1e-9, "{a} {crossing:?}");
+            assert!((crossing.first - 0.5 * (1.0 - a)).abs() < 1e-5 * (1.0 + 1e-5 / a), "{a} {crossing:?}");
+        }
+        // without a loop, and at the cusp between
+        for a2 in [-1e-6, -1e-2, -1.0] {
+            let curve =
+                cubic(&[[a2 - 1.0, 1.0], [1.0 + a2 / 3.0, -1.0 / 3.0], [-1.0 - a2 / 3.0, -1.0 / 3.0], [1.0 - a2, 1.0]]);
+            assert_eq!(curve_crossing(&curve), None, "{a2}");
+        }
+    }
+
+    #[test]
+    fn near_tangential_branches_are_told_apart() {
+        // a valley over a line: the gap (or overlap) at its middle is d
+        for (d, crosses) in [(1e-3, false), (1e-7, false), (-1e-7, true), (-1e-3, true)] {
+            let valley = cubic(&[[0.0, 1.0], [0.3, 0.5], [0.5, 0.25 + d], [0.7, 0.5], [1.0, 1.0]]);
+            let bottom = valley.point_at(0.5)[1] - d;
+            let knots = KnotVector::clamped(1, 0.0, 1.0, [0.5]).unwrap();
+            let line = BSplineCurve::new(knots, vec![[1.5, bottom], [0.5, bottom], [-0.5, bottom]]).unwrap();
+            // both as pieces of one search
+            let piece = |c: &BSplineCurve<f64>| -> Vec<Piece> {
+                c.to_bezier()
+                    .unwrap()
+                    .iter()
+                    .map(|p| Piece { start: p.domain().0, end: p.domain().1, points: p.control_points().to_vec() })
+                    .collect()
+            };
+            let search = Search { tolerance: 1e-10, closed: false };
+            let found = piece(&valley).iter().any(|a| piece(&line).iter().any(|b| search.apart(a, b).is_some()));
+            assert_eq!(found, crosses, "{d}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_a_fine_polygon(
+            points in proptest::collection::vec([0.0f64..1.0, 0.0f64..1.0], 4..9),
+        ) {
+            let curve = cubic(&points);
+            let n = 400;
+            let fine: Vec<_> = (0..=n).map(|i| curve.point_at(f64::from(i) / f64::from(n))).collect();
+            let cross = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+            let mut polygon_crosses = false;
+            for i in 0..fine.len() - 1 {
+                for j in i + 2..fine.len() - 1 {
+                    let (a, b, c, d) = (fine[i], fine[i + 1], fine[j], fine[j + 1]);
+                    polygon_crosses |= cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0;
+                }
+            }
+            match curve_crossing(&curve) {
+                Some(crossing) => prop_assert!(is_crossing(&curve, &crossing), "{crossing:?}"),
+                None => prop_assert!(!polygon_crosses),
+            }
+        }
+    }
+}

@@ -42,11 +42,11 @@ impl<S: Scalar> Section<S> {
         let tail = self.trailing_edge_middle();
         let along = [tail[0] - origin[0], tail[1] - origin[1]];
         let chord = length(along);
-        // written so that NaN fails
-        if !(chord.re() > 0.0) {
-            return Err(SectionError::NoMeasure { measure: "chord", reason: MeasureProblem::NoChord });
+        if chord.re() > 0.0 {
+            Ok(ChordFrame { origin, axis: along.map(|c| c / chord), chord })
+        } else {
+            Err(SectionError::NoMeasure { measure: "chord", reason: MeasureProblem::NoChord })
         }
-        Ok(ChordFrame { origin, axis: along.map(|c| c / chord), chord })
     }
 
     /// The middle of the trailing edge.
@@ -65,7 +65,8 @@ impl<S: Scalar> Section<S> {
         Ok(self.chord_frame()?.components([a[0] - b[0], a[1] - b[1]])[1])
     }
 
-    /// Angle between the surfaces at the trailing edge in radians, in (−π, π]; negative where they have crossed.
+    /// Angle between the surfaces at the trailing edge in radians, in (−π, π]; negative where they open
+    /// towards the tail or have crossed.
     ///
     /// # Errors
     /// A surface without a direction at its end.
@@ -75,12 +76,12 @@ impl<S: Scalar> Section<S> {
         let lower = self.curve().point_and_tangent(S::from(last)).1.map(|c| -c);
         let sine = upper[0] * lower[1] - upper[1] * lower[0];
         let cosine = upper[0] * lower[0] + upper[1] * lower[1];
-        // written so that NaN fails
-        if !(sine.re().abs() + cosine.re().abs() > 0.0) {
+        if sine.re().abs() + cosine.re().abs() > 0.0 {
+            Ok(sine.angle(cosine))
+        } else {
             let reason = MeasureProblem::Singular;
-            return Err(SectionError::NoMeasure { measure: "trailing_edge_angle", reason });
+            Err(SectionError::NoMeasure { measure: "trailing_edge_angle", reason })
         }
-        Ok(sine.angle(cosine))
     }
 }
 

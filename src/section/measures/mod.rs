@@ -13,6 +13,8 @@ mod frame;
 mod integrals;
 mod nose;
 mod reversals;
+#[cfg(test)]
+mod tests;
 
 pub use crossing::Crossing;
 pub(super) use crossing::curve_crossing;
