@@ -1,0 +1,84 @@
+//! Figures as SVG text.
+//!
+//! * [`section_figure`]: sections in their box, with equal axes;
+//! * [`line_figure`]: any curves over two axes: pressures, polars;
+//! * [`convergence_figure`]: the objective, and where there are constraints their violation, evaluation by evaluation.
+//!
+//! Legends stand above the plot, so they never cover a curve. Numbers that are not finite, or not positive on a
+//! logarithmic axis, leave gaps.
+
+mod canvas;
+mod convergence;
+mod line;
+mod section;
+
+pub use convergence::{ConvergenceFigure, convergence_figure};
+pub use line::{Annotation, LineFigure, Series, line_figure};
+pub use section::{SectionCurve, SectionFigure, section_figure};
+
+use plotters::style::RGBColor;
+
+/// A figure that could not be drawn.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the figure cannot be drawn: {reason}")]
+pub struct FigureError {
+    /// Why.
+    pub reason: String,
+}
+
+impl FigureError {
+    fn drawing(error: impl std::fmt::Display) -> Self {
+        Self { reason: error.to_string() }
+    }
+}
+
+/// Red, green and blue, 0 to 255.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Color(pub u8, pub u8, pub u8);
+
+impl Color {
+    fn rgb(self) -> RGBColor {
+        RGBColor(self.0, self.1, self.2)
+    }
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Its colour.
+    pub color: Color,
+    /// Its width in pixels.
+    pub width: f64,
+    /// Whether it is dashed.
+    pub dashed: bool,
+}
+
+impl Stroke {
+    /// The section a figure is about: solid and dark.
+    pub const SECTION: Self = Self { color: Color(24, 24, 28), width: 2.2, dashed: false };
+    /// What it is compared with: dashed.
+    pub const TARGET: Self = Self { color: Color(200, 60, 30), width: 1.8, dashed: true };
+    /// Where it came from: thin and grey.
+    pub const INITIAL: Self = Self { color: Color(140, 140, 140), width: 1.4, dashed: false };
+    /// The lines of a box.
+    pub const BOX: Self = Self { color: Color(40, 90, 220), width: 1.0, dashed: false };
+
+    /// A solid line in the `index`th of a cycle of colours that stay apart also for colour-blind readers
+    /// (Okabe & Ito 2008).
+    pub fn palette(index: usize) -> Self {
+        const COLORS: [Color; 6] = [
+            Color(0, 114, 178),
+            Color(213, 94, 0),
+            Color(0, 158, 115),
+            Color(204, 121, 167),
+            Color(86, 180, 233),
+            Color(230, 159, 0),
+        ];
+        Self { color: COLORS[index % COLORS.len()], width: 1.8, dashed: false }
+    }
+
+    /// The same, dashed.
+    pub fn dashed(self) -> Self {
+        Self { dashed: true, ..self }
+    }
+}
