@@ -17,3 +17,6 @@ pub mod optimize;
 pub mod cad;
 
 pub mod report;
+
+#[cfg(feature = "command")]
+pub mod cli;

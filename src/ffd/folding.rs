@@ -280,22 +280,28 @@ impl<const D: usize> BoxPenalty<D> {
     }
 }
 
+impl Star<2> {
+    /// A triangle's area to second order in its six coordinates, and the rows these have in the Hessian.
+    fn second_order_area(&self, net: &[[f64; 2]], neighbours: [usize; 2], sign: f64) -> (Dual2SVec64<6>, [usize; 6]) {
+        let corners = [0, neighbours[0], neighbours[1]].map(|position| self.points[position]);
+        let seeded: [[Dual2SVec64<6>; 2]; 3] = std::array::from_fn(|slot| {
+            std::array::from_fn(|d| Dual2SVec64::from_re(net[corners[slot]][d]).derivative(2 * slot + d))
+        });
+        let area = simplex_measure(seeded[0], [seeded[1], seeded[2]]) * sign;
+        (area, std::array::from_fn(|k| 2 * corners[k / 2] + k % 2))
+    }
+}
+
 impl BoxPenalty<2> {
     /// Adds Σ ∇A ∇Aᵀ / A₀² over all triangles to `metric` (rows as in [`add_hessian`](Self::add_hessian)): the squared
     /// relative change of the areas, a measure of how far a movement of the net distorts it.
     pub fn add_distortion(&self, net: &[[f64; 2]], metric: &mut DMatrix<f64>) {
         for (star, initial) in self.stars.iter().zip(&self.initial) {
-            for ((neighbours, _), area) in star.simplices.iter().zip(initial) {
-                let corners = [0, neighbours[0], neighbours[1]].map(|position| star.points[position]);
-                let seeded: [[DualSVec64<8>; 2]; 3] = std::array::from_fn(|slot| {
-                    std::array::from_fn(|d| DualSVec64::from_re(net[corners[slot]][d]).derivative(2 * slot + d))
-                });
-                let Some(slope) = simplex_measure(seeded[0], [seeded[1], seeded[2]]).eps.0 else { continue };
-                for a in 0..6 {
-                    for b in 0..6 {
-                        let (row, column) = (2 * corners[a / 2] + a % 2, 2 * corners[b / 2] + b % 2);
-                        metric[(row, column)] += slope[a] * slope[b] / (area * area);
-                    }
+            for ((neighbours, sign), initial) in star.simplices.iter().zip(initial) {
+                let (area, rows) = star.second_order_area(net, *neighbours, *sign);
+                let Some(slope) = area.v1.0 else { continue };
+                for (a, b) in (0..6).flat_map(|a| (0..6).map(move |b| (a, b))) {
+                    metric[(rows[a], rows[b])] += slope[a] * slope[b] / (initial * initial);
                 }
             }
         }
@@ -303,23 +309,27 @@ impl BoxPenalty<2> {
 
     /// Adds the Hessian with respect to the control points to `hessian`; component `d` of point `i` is row `2 i + d`.
     ///
-    /// The kernel of one control point sees at most five points, ten coordinates.
+    /// Second-order local duals in the same two stages as the gradient: indicator in areas, areas in coordinates.
     pub fn add_hessian(&self, net: &[[f64; 2]], hessian: &mut DMatrix<f64>) {
         for (index, star) in self.stars.iter().enumerate() {
-            let local: SmallVec<[[Dual2SVec64<10>; 2]; 7]> = star
-                .points
+            let areas: SmallVec<[_; 4]> = star
+                .simplices
                 .iter()
-                .enumerate()
-                .map(|(slot, &point)| {
-                    std::array::from_fn(|d| Dual2SVec64::from_re(net[point][d]).derivative(2 * slot + d))
-                })
+                .map(|(neighbours, sign)| star.second_order_area(net, *neighbours, *sign))
                 .collect();
-            let eta = penalty_of_indicator(self.indicator(index, &star.local_measures(&local)));
-            let Some(second) = eta.v2.0 else { continue };
-            for (a, &pa) in star.points.iter().enumerate() {
-                for (b, &pb) in star.points.iter().enumerate() {
-                    for (da, db) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                        hessian[(2 * pa + da, 2 * pb + db)] += second[(2 * a + da, 2 * b + db)];
+            let seeded: SmallVec<[Dual2SVec64<4>; 4]> =
+                areas.iter().enumerate().map(|(i, (area, _))| Dual2SVec64::from_re(area.re).derivative(i)).collect();
+            let eta = penalty_of_indicator(self.indicator(index, &seeded));
+            let (Some(first), Some(second)) = (eta.v1.0, eta.v2.0) else { continue };
+            for (i, (area_i, rows)) in areas.iter().enumerate() {
+                let (Some(slope_i), Some(bend_i)) = (area_i.v1.0, area_i.v2.0) else { continue };
+                for (a, b) in (0..6).flat_map(|a| (0..6).map(move |b| (a, b))) {
+                    hessian[(rows[a], rows[b])] += first[i] * bend_i[(a, b)];
+                }
+                for (j, (area_j, columns)) in areas.iter().enumerate() {
+                    let Some(slope_j) = area_j.v1.0 else { continue };
+                    for (a, b) in (0..6).flat_map(|a| (0..6).map(move |b| (a, b))) {
+                        hessian[(rows[a], columns[b])] += second[(i, j)] * slope_i[a] * slope_j[b];
                     }
                 }
             }

@@ -155,6 +155,19 @@ impl<P: Problem> Problem for Bounded<P> {
         Ok(evaluation)
     }
 
+    fn metric(&mut self, z: &[f64]) -> Option<DMatrix<f64>> {
+        let mut metric = self.inner.metric(&self.unwrap_point(z))?;
+        if !self.bounds.is_empty() {
+            let (first, _) = self.derivatives(z);
+            for (j, mut column) in metric.column_iter_mut().enumerate() {
+                column.iter_mut().zip(&first).for_each(|(m, d)| *m *= d * first[j]);
+                // at a bound the change of variables is stationary; the step in z still has a size
+                column[j] += 1e-6;
+            }
+        }
+        Some(metric)
+    }
+
     fn hessian(&mut self, z: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         if self.bounds.is_empty() {
             return self.inner.hessian(z);

@@ -208,6 +208,11 @@ impl<P: Problem> Problem for Journaled<P> {
         self.record(x, Answer::Hessian(result.clone()));
         Some(result)
     }
+
+    // geometry only: cheap, and the same whenever it is asked for
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.inner.metric(x)
+    }
 }
 
 #[cfg(test)]

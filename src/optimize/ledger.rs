@@ -248,6 +248,11 @@ impl Problem for Ledger<'_> {
         });
         Some(result.inspect_err(|failure| self.last_failure.clone_from(&failure.reason)))
     }
+
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        let fits = |m: &DMatrix<f64>| m.shape() == (x.len(), x.len()) && m.iter().all(|v| v.is_finite());
+        self.problem.metric(x).filter(fits)
+    }
 }
 
 /// Euclidean distance of two points.

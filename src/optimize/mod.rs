@@ -187,4 +187,8 @@ impl<P: Problem + ?Sized> Problem for &mut P {
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         (**self).hessian(x)
     }
+
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        (**self).metric(x)
+    }
 }

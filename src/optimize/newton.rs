@@ -10,9 +10,11 @@ use std::ops::ControlFlow;
 
 /// Trust-region Newton with the problem's exact Hessian, for problems without constraints.
 ///
-/// Each iteration minimises the local quadratic exactly within a ball (indefinite Hessians and the hard case
-/// included) and costs one evaluation; a Hessian is asked for only where a step was accepted. Bounds on variables are
-/// met by a change of variables ([`Bounded`]). A failed analysis counts as a rejected step: the ball shrinks.
+/// Each iteration minimises the local quadratic exactly within a ball of the problem's [`metric`](Problem::metric)
+/// (indefinite Hessians and the hard case included) and costs one evaluation; a Hessian is asked for only where a step
+/// was accepted. A step that fell short gives the next radius by the cubic through the objective and its slope at both
+/// ends. Bounds on variables are met by a change of variables ([`Bounded`]). A failed analysis counts as a rejected
+/// step: the ball shrinks.
 ///
 /// The run has converged where the Hessian is positive semidefinite and either
 ///
@@ -20,13 +22,17 @@ use std::ops::ControlFlow;
 ///   below it, or
 /// * the norm of the gradient is below [`gradient_tolerance`](Self::gradient_tolerance) times the largest met so far;
 ///
-/// so a saddle point or maximum is left, even when the run starts there.
+/// so a saddle point or maximum is left, even when the run starts there. It has stalled where
+/// [`WINDOW`](Self::WINDOW) accepted steps together lowered the objective by less than
+/// [`progress_tolerance`](Self::progress_tolerance) of its size: a valley whose floor hardly falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Newton {
     /// Predicted relative decrease of the objective that counts as none.
     pub objective_tolerance: f64,
     /// Reduction of the norm of the gradient at which the run has converged.
     pub gradient_tolerance: f64,
+    /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has stalled.
+    pub progress_tolerance: f64,
     /// First radius of the ball, in scaled variables.
     pub first_radius: f64,
     /// Largest radius of the ball.
@@ -40,6 +46,7 @@ impl Default for Newton {
         Self {
             objective_tolerance: 1e-10,
             gradient_tolerance: 1e-12,
+            progress_tolerance: 1e-3,
             first_radius: 1.0,
             largest_radius: 100.0,
             limits: Limits::default(),
@@ -49,8 +56,10 @@ impl Default for Newton {
 
 /// Share of the predicted decrease from which a step is accepted.
 const ACCEPT: f64 = 1e-4;
-/// Share of the predicted decrease below which the ball shrinks most.
-const DISASTER: f64 = -10.0;
+/// Share of the predicted decrease below which the ball shrinks.
+const POOR: f64 = 0.1;
+/// Share of the predicted decrease above which it grows, if the objective still falls at the end of the step.
+const GOOD: f64 = 0.75;
 /// Relative change of the objective that may be round-off.
 const ROUND_OFF: f64 = 1e-12;
 /// Steps rejected in a row before the run counts as stalled: the ball has shrunk by 2^20 at least.
@@ -59,6 +68,8 @@ const PATIENCE: usize = 20;
 impl Newton {
     /// The name in case files.
     pub const NAME: &'static str = "newton";
+    /// Accepted steps over which progress is judged.
+    pub const WINDOW: usize = 25;
 
     fn check(&self) -> Result<(), OptimizeError> {
         let radius = |r: f64| r > 0.0 && r.is_finite();
@@ -66,6 +77,7 @@ impl Newton {
             ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
             ("objective_tolerance", self.objective_tolerance, self.objective_tolerance >= 0.0, "0 or more"),
             ("gradient_tolerance", self.gradient_tolerance, self.gradient_tolerance >= 0.0, "0 or more"),
+            ("progress_tolerance", self.progress_tolerance, self.progress_tolerance >= 0.0, "0 or more"),
             ("first_radius", self.first_radius, radius(self.first_radius), "positive"),
             ("largest_radius", self.largest_radius, radius(self.largest_radius), "positive"),
         ];
@@ -95,8 +107,9 @@ impl Optimizer for Newton {
             problem: Bounded::new(Ledger::new(problem, observer, self.limits)),
             radius: self.first_radius.min(self.largest_radius),
             steepest: 0.0,
-            found_limit: false,
             rejected: 0,
+            failed_at: None,
+            accepted: Vec::new(),
         };
         let verdict = run.drive();
         let ledger = run.problem.into_inner();
@@ -120,10 +133,12 @@ struct Run<'a> {
     radius: f64,
     /// Largest norm of the gradient so far.
     steepest: f64,
-    /// Whether the ball was ever too large.
-    found_limit: bool,
     /// Steps rejected in a row.
     rejected: usize,
+    /// Iteration at which an analysis failed last.
+    failed_at: Option<usize>,
+    /// Objectives of the accepted points.
+    accepted: Vec<f64>,
 }
 
 impl Run<'_> {
@@ -142,6 +157,7 @@ impl Run<'_> {
             match self.advance(&mut point) {
                 Some(next) => {
                     self.rejected = 0;
+                    self.accepted.push(next.evaluation.objective);
                     point = next;
                 }
                 None => self.rejected += 1,
@@ -152,7 +168,7 @@ impl Run<'_> {
     /// Adds the quadratic to an evaluated point; `None` where the Hessian fails.
     fn expand(&mut self, x: Vec<f64>, evaluation: Evaluation) -> Option<Point> {
         let hessian = self.problem.hessian(&x)?.ok()?;
-        let quadratic = Quadratic::new(&evaluation.gradient, hessian);
+        let quadratic = Quadratic::new(&evaluation.gradient, hessian, self.problem.metric(&x));
         self.steepest = self.steepest.max(norm(&evaluation.gradient));
         Some(Point { x, evaluation, quadratic })
     }
@@ -160,10 +176,11 @@ impl Run<'_> {
     /// One trust-region step: the next point, or `None` where the step is rejected.
     fn advance(&mut self, point: &mut Point) -> Option<Point> {
         let step = point.quadratic.minimum_within(self.radius);
-        let length = step.vector.norm();
+        let length = step.length;
         let x: Vec<f64> = point.x.iter().zip(&step.vector).map(|(x, p)| x + p).collect();
         let shorter = 0.25 * length;
         let Ok(evaluation) = self.problem.evaluate(&x) else {
+            self.failed_at = Some(self.problem.inner().iteration);
             self.radius = shorter;
             return None;
         };
@@ -177,13 +194,15 @@ impl Run<'_> {
                 self.radius = shorter;
                 return None;
             }
-        } else if share < 0.25 || share.is_nan() {
-            self.found_limit = true;
-            self.radius = if share > DISASTER { 0.5 * length } else { shorter };
-        } else if share > 0.75 && step.at_boundary {
-            // the right radius changes slowly once it is known
-            let growth = if self.found_limit { 1.5 } else { 3.0 };
-            self.radius = (growth * self.radius).min(self.settings.largest_radius);
+        } else {
+            let along = |e: &Evaluation| -> f64 { e.gradient.iter().zip(&step.vector).map(|(g, p)| g * p).sum() };
+            let slopes = [along(before), along(&evaluation)];
+            if share < POOR || share.is_nan() {
+                let t = cubic_minimum([before.objective, evaluation.objective], slopes).unwrap_or(0.5);
+                self.radius = t.clamp(0.1, 0.7) * length;
+            } else if share > GOOD && step.at_boundary && slopes[1] < 0.0 {
+                self.radius = (2.0 * length).min(self.settings.largest_radius);
+            }
         }
         if !in_noise && (share < ACCEPT || share.is_nan()) {
             return None;
@@ -222,6 +241,20 @@ impl Run<'_> {
         if self.rejected >= PATIENCE || self.radius <= f64::EPSILON * norm(&point.x) {
             return Some(self.stuck(slope));
         }
+        if let Some(earlier) = self.accepted.len().checked_sub(Newton::WINDOW + 1).map(|k| self.accepted[k]) {
+            let fall = earlier - point.evaluation.objective;
+            if fall < self.settings.progress_tolerance * size {
+                if self.failed_recently() {
+                    return Some(self.stuck(slope));
+                }
+                let message = format!(
+                    "The last {} steps lowered the objective by only {:.1e} of its size; the norm of the gradient is {slope:.1e}.",
+                    Newton::WINDOW,
+                    fall / size
+                );
+                return Some((Status::Stalled, message));
+            }
+        }
         if ledger.out_of_iterations() {
             let message =
                 format!("Stopped at the limit of {} iterations before a tolerance was met.", limits.iterations);
@@ -230,10 +263,15 @@ impl Run<'_> {
         None
     }
 
+    /// A wall of failures is met again and again, with short accepted steps in between.
+    fn failed_recently(&self) -> bool {
+        self.failed_at.is_some_and(|iteration| iteration + 5 > self.problem.inner().iteration)
+    }
+
     /// The verdict where no step is accepted.
     fn stuck(&self, slope: f64) -> (Status, String) {
         let ledger = self.problem.inner();
-        if ledger.last_failed() {
+        if self.failed_recently() {
             let reason = ledger.last_failure();
             let message = format!(
                 "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
@@ -246,6 +284,17 @@ impl Run<'_> {
         );
         (Status::Stalled, message)
     }
+}
+
+/// Where on [0, 1] the cubic with these values and slopes at 0 and 1 has its minimum; `None` where it has none.
+fn cubic_minimum([f0, f1]: [f64; 2], [d0, d1]: [f64; 2]) -> Option<f64> {
+    let theta = 3.0 * (f0 - f1) + d0 + d1;
+    let discriminant = theta * theta - d0 * d1;
+    if discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    Some(1.0 - (d1 + root - theta) / (d1 - d0 + 2.0 * root)).filter(|t| t.is_finite())
 }
 
 #[cfg(test)]
@@ -283,7 +332,7 @@ mod tests {
     #[test]
     fn shape_match_reaches_the_optimum() {
         for first_radius in [0.03, 0.3, 1.0, 3.0] {
-            let outcome = converged(Newton { first_radius, ..Newton::default() }, &mut shape_match(), 45);
+            let outcome = converged(Newton { first_radius, ..Newton::default() }, &mut shape_match(), 50);
             assert_relative_eq!(outcome.evaluation.unwrap().objective, 1.3425663e-7, max_relative = 1e-7);
         }
     }

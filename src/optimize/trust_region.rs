@@ -1,4 +1,4 @@
-//! The trust-region subproblem: the lowest point of a quadratic within a ball, solved exactly.
+//! The trust-region subproblem: the lowest point of a quadratic within an ellipsoid, solved exactly.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
@@ -6,9 +6,13 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 const RESOLUTION: f64 = 1e-13;
 
 /// The quadratic `gᵀp + ½ pᵀHp`, factorised at most once each way.
+///
+/// Steps are measured by a metric `M = LLᵀ`: everything below works on `Lᵀp`, in which the ellipsoid is a ball.
 pub(super) struct Quadratic {
     gradient: DVector<f64>,
     hessian: DMatrix<f64>,
+    /// L of the metric; `None` for the identity.
+    metric: Option<DMatrix<f64>>,
     /// The step to the minimum, where the Hessian is positive definite.
     newton: Option<DVector<f64>>,
     eigen: Option<Eigen>,
@@ -24,6 +28,8 @@ struct Eigen {
 /// A step and what the quadratic promises of it.
 pub(super) struct Step {
     pub(super) vector: DVector<f64>,
+    /// Length in the metric.
+    pub(super) length: f64,
     /// By how much the quadratic falls, ≥ 0.
     pub(super) decrease: f64,
     /// Whether the ball, not the quadratic, bounds the step.
@@ -31,11 +37,23 @@ pub(super) struct Step {
 }
 
 impl Quadratic {
-    pub(super) fn new(gradient: &[f64], hessian: DMatrix<f64>) -> Self {
-        let gradient = DVector::from_column_slice(gradient);
+    /// A metric that is not positive definite counts as the identity.
+    pub(super) fn new(gradient: &[f64], hessian: DMatrix<f64>, metric: Option<DMatrix<f64>>) -> Self {
+        let mut gradient = DVector::from_column_slice(gradient);
+        let mut hessian = hessian;
+        let metric = metric.and_then(Cholesky::new).map(|factors| factors.l());
+        if let Some(l) = &metric
+            && l.solve_lower_triangular_mut(&mut gradient)
+            && l.solve_lower_triangular_mut(&mut hessian)
+        {
+            hessian = hessian.transpose();
+            l.solve_lower_triangular_mut(&mut hessian);
+            // symmetric up to round-off; the eigenvalue routine reads one half
+            hessian = (&hessian + hessian.transpose()) * 0.5;
+        }
         let newton = Cholesky::new(hessian.clone()).map(|factors| factors.solve(&-&gradient));
         let newton = newton.filter(|step| step.iter().all(|s| s.is_finite()));
-        Self { gradient, hessian, newton, eigen: None }
+        Self { gradient, hessian, metric, newton, eigen: None }
     }
 
     /// The lowest point within `radius` of the origin.
@@ -43,13 +61,24 @@ impl Quadratic {
         if let Some(newton) = &self.newton
             && newton.norm() <= radius
         {
-            return Step { decrease: -0.5 * self.gradient.dot(newton), vector: newton.clone(), at_boundary: false };
+            let decrease = -0.5 * self.gradient.dot(newton);
+            let (vector, length) = (self.in_variables(newton.clone()), newton.norm());
+            return Step { vector, length, decrease, at_boundary: false };
         }
         let eigen = self.eigen();
         let (coordinates, at_boundary) = eigen.minimum_within(radius);
         let vector = &eigen.vectors * coordinates;
         let decrease = -(self.gradient.dot(&vector) + 0.5 * vector.dot(&(&self.hessian * &vector)));
-        Step { vector, decrease: decrease.max(0.0), at_boundary }
+        let length = vector.norm();
+        Step { vector: self.in_variables(vector), length, decrease: decrease.max(0.0), at_boundary }
+    }
+
+    /// The step `p` from `Lᵀp`.
+    fn in_variables(&self, mut step: DVector<f64>) -> DVector<f64> {
+        if let Some(l) = &self.metric {
+            l.tr_solve_lower_triangular_mut(&mut step);
+        }
+        step
     }
 
     /// Whether the quadratic curves downwards in some direction, beyond round-off.
@@ -158,7 +187,7 @@ mod tests {
 
     /// The conditions of Moré & Sorensen, which characterise the solution.
     fn is_solution(gradient: &[f64], hessian: &DMatrix<f64>, radius: f64) {
-        let mut quadratic = Quadratic::new(gradient, hessian.clone());
+        let mut quadratic = Quadratic::new(gradient, hessian.clone(), None);
         let step = quadratic.minimum_within(radius);
         let p = &step.vector;
         let residual = hessian * p + DVector::from_column_slice(gradient);
@@ -197,7 +226,7 @@ mod tests {
         // the gradient has no component along the eigenvector of −2
         let gradient: Vec<f64> = eigen.eigenvectors.column(above).iter().map(|v| 0.6 * v).collect();
         is_solution(&gradient, &hessian, 1.0);
-        let mut at_saddle = Quadratic::new(&[0.0; 4], hessian);
+        let mut at_saddle = Quadratic::new(&[0.0; 4], hessian, None);
         assert!(at_saddle.is_indefinite());
         let step = at_saddle.minimum_within(0.5);
         assert_relative_eq!(step.vector.norm(), 0.5, max_relative = 1e-12);
@@ -205,8 +234,26 @@ mod tests {
     }
 
     #[test]
+    fn a_metric_makes_the_ball_an_ellipsoid() {
+        let (hessian, metric) = (matrix(&[-3.0, 0.5, 2.0, 10.0]), matrix(&[7.0, 1.0, 0.3, 2.0]));
+        let gradient = [1.0, -2.0, 0.3, 5.0];
+        for radius in [0.01, 1.0, 20.0] {
+            let step = Quadratic::new(&gradient, hessian.clone(), Some(metric.clone())).minimum_within(radius);
+            let p = &step.vector;
+            assert_relative_eq!(p.dot(&(&metric * p)).sqrt(), step.length, max_relative = 1e-12);
+            assert_relative_eq!(step.length, radius, max_relative = 1e-9);
+            // the conditions of Moré and Sorensen with the metric: (H + σ M) p = −g, σ ≥ 0
+            let residual = &hessian * p + DVector::from_column_slice(&gradient);
+            let shift = -residual.dot(p) / p.dot(&(&metric * p));
+            assert!(shift >= 0.0);
+            assert_relative_eq!(residual + &metric * p * shift, DVector::zeros(4), epsilon = 1e-7);
+        }
+    }
+
+    #[test]
     fn semidefinite_without_slope_stays() {
-        let mut flat = Quadratic::new(&[0.0, 2.0], DMatrix::from_diagonal(&DVector::from_column_slice(&[0.0, 4.0])));
+        let mut flat =
+            Quadratic::new(&[0.0, 2.0], DMatrix::from_diagonal(&DVector::from_column_slice(&[0.0, 4.0])), None);
         assert!(!flat.is_indefinite());
         let step = flat.minimum_within(10.0);
         assert_relative_eq!(step.vector[0], 0.0);

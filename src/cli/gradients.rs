@@ -1,0 +1,119 @@
+//! `aeroform gradients`: every derivative of a case, three ways.
+
+use super::{Failure, design_vector, print, print_json};
+use crate::design::{Case, DerivativeCheck, DesignProblem, check_gradients};
+use serde_json::json;
+
+/// Arguments of `aeroform gradients`.
+#[derive(Debug, clap::Args)]
+pub(super) struct GradientsArguments {
+    /// A TOML file or the name of a built-in case
+    case: String,
+    /// JSON file with the design vector to check at; missing variables keep their start
+    #[arg(long, value_name = "FILE.json")]
+    at: Option<String>,
+    /// Move every variable off that point by up to this share of its natural step first, so that no derivative
+    /// vanishes by symmetry; 0 checks at the point itself
+    #[arg(long, default_value_t = 0.05)]
+    shake: f64,
+    /// Print every derivative, not only the worst of each quantity
+    #[arg(long)]
+    all: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &GradientsArguments) -> Result<(), Failure> {
+    if !arguments.shake.is_finite() {
+        return Err(Failure::Input(format!("--shake {}: must be finite", arguments.shake)));
+    }
+    let mut case = Case::open(&arguments.case)?;
+    let mut values = design_vector::read(&case.problem, arguments.at.as_deref())?;
+    shake(&case.problem, &mut values, arguments.shake);
+    let checks = check_gradients(&mut case.problem, &values)
+        .map_err(|e| Failure::Computation(format!("{}: no value here or a finite step away: {e}", case.name)))?;
+    let wrong = checks.iter().filter(|c| !c.agrees()).count();
+    if arguments.json {
+        print_json(&as_json(&case, &values, &checks))?;
+    } else {
+        print(&as_text(&case.name, &checks, arguments.all))?;
+    }
+    if wrong == 0 {
+        return Ok(());
+    }
+    Err(Failure::Computation(format!("{wrong} of {} derivatives disagree beyond the estimated error", checks.len())))
+}
+
+/// A fixed pseudo-random movement, the same on every run, kept within the bounds.
+fn shake(problem: &DesignProblem, values: &mut [f64], share: f64) {
+    for (k, (value, variable)) in values.iter_mut().zip(problem.geometry().variables()).enumerate() {
+        let moved = *value + share * variable.step * (12.9898 * (k + 1) as f64).sin();
+        *value = moved.clamp(variable.bounds.lower, variable.bounds.upper);
+    }
+}
+
+fn as_json(case: &Case, values: &[f64], checks: &[DerivativeCheck]) -> serde_json::Value {
+    let rows: Vec<_> = checks
+        .iter()
+        .map(|c| {
+            json!({
+                "quantity": c.quantity, "variable": c.variable,
+                "exact": c.exact, "forward": c.forward,
+                "finite_difference": c.difference, "finite_difference_error": c.difference_error,
+                "route_error": c.route_error(), "finite_difference_deviation": c.difference_deviation(),
+                "agrees": c.agrees(),
+            })
+        })
+        .collect();
+    json!({
+        "case": case.name,
+        "agrees": checks.iter().all(DerivativeCheck::agrees),
+        "worst_route_error": worst(checks, DerivativeCheck::route_error),
+        "worst_finite_difference_deviation": worst(checks, DerivativeCheck::difference_deviation),
+        "variables": design_vector::to_json(&case.problem, values),
+        "derivatives": rows,
+    })
+}
+
+fn worst(checks: &[DerivativeCheck], measure: fn(&DerivativeCheck) -> f64) -> f64 {
+    checks.iter().map(measure).fold(0.0, f64::max)
+}
+
+fn as_text(name: &str, checks: &[DerivativeCheck], all: bool) -> String {
+    let mut text = format!(
+        "{name}: exact derivatives against plain forward mode and finite differences\n\
+         (deviation, estimate and routes relative to the gradient of the quantity)\n\n\
+         {:20} {:12} {:>20} {:>20} {:>10} {:>10} {:>10}\n",
+        "quantity", "variable", "exact", "finite difference", "deviation", "estimate", "two routes"
+    );
+    let mut quantities: Vec<&str> = checks.iter().map(|c| c.quantity.as_str()).collect();
+    quantities.dedup();
+    for quantity in quantities {
+        let rows: Vec<&DerivativeCheck> = checks.iter().filter(|c| c.quantity == quantity).collect();
+        let worst = rows.iter().max_by(|a, b| a.difference_deviation().total_cmp(&b.difference_deviation()));
+        let shown = if all { rows.clone() } else { worst.map(|c| vec![*c]).unwrap_or_default() };
+        for c in shown {
+            let estimate = if c.scale > 0.0 { c.difference_error / c.scale } else { c.difference_error };
+            text.push_str(&format!(
+                "{:20} {:12} {:20.12e} {:20.12e} {:10.1e} {:10.1e} {:10.1e}{}\n",
+                c.quantity,
+                c.variable,
+                c.exact,
+                c.difference,
+                c.difference_deviation(),
+                estimate,
+                c.route_error(),
+                if c.agrees() { "" } else { "  DISAGREES" }
+            ));
+        }
+        let agreeing = rows.iter().filter(|c| c.agrees()).count();
+        let route = rows.iter().map(|c| c.route_error()).fold(0.0, f64::max);
+        text.push_str(&format!(
+            "{:20} {agreeing} of {} agree; worst between the two automatic routes {route:.1e}\n\n",
+            "",
+            rows.len()
+        ));
+    }
+    text
+}

@@ -1,0 +1,75 @@
+//! The command `aeroform`: one file a subcommand.
+//!
+//! Results go to files and standard output, progress and messages to standard error. Exit status 0: done; 1: the
+//! computation did not succeed, and said why; 2: bad usage or input. May depend on everything else.
+
+mod cases;
+mod design_vector;
+mod evaluate;
+mod failure;
+mod figures;
+mod gradients;
+mod run;
+mod section;
+
+use clap::{Parser, Subcommand};
+use failure::Failure;
+use std::process::ExitCode;
+
+/// Aerodynamic shape design with exact gradients.
+#[derive(Debug, Parser)]
+#[command(name = "aeroform", version, about, long_about = None, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a design case: a TOML file or a built-in case
+    Run(run::RunArguments),
+    /// Evaluate a case once at a given design vector
+    Evaluate(evaluate::EvaluateArguments),
+    /// Compare the exact gradients of a case with a second automatic route and with finite differences
+    Gradients(gradients::GradientsArguments),
+    /// Build a section and measure it, or export it
+    Section(section::SectionArguments),
+    /// List the built-in cases, or print one
+    Cases(cases::CasesArguments),
+}
+
+/// Runs the command with the arguments of the process.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Gradients(arguments) => gradients::run(&arguments),
+        Command::Section(arguments) => section::run(&arguments),
+        Command::Cases(arguments) => cases::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.report();
+            failure.exit_code()
+        }
+    }
+}
+
+/// Prints to standard output; a closed pipe (`aeroform … | head`) ends the command quietly.
+fn print(text: &str) -> Result<(), Failure> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Err(Failure::Quiet),
+        Err(error) => Err(Failure::Computation(format!("standard output cannot be written: {error}"))),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Prints one JSON object; numbers that are not finite are `null`.
+fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Failure::Computation(e.to_string()))?;
+    print(&(text + "\n"))
+}
