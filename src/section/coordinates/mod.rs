@@ -18,7 +18,7 @@ use std::path::Path;
 /// *Selig*: an optional title, then the outline, a point `x y` per line, from the trailing edge round the nose and back.
 /// *Lednicer*: title, a line with the numbers of upper and lower points, then both surfaces from nose to tail. Also
 /// read: surfaces in either order or direction, two surfaces without a header, commas, semicolons or tabs, comments
-/// (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, remarks at the end.
+/// (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, the domain line of MSES, remarks at the end.
 ///
 /// Points are kept as they stand, in their own unit and place ([`chord`](Self::chord) tells); see
 /// [`normalized`](Self::normalized). Every repair is recorded in [`repairs`](Self::repairs), and what cannot be mended
