@@ -19,12 +19,12 @@ pub struct Crossing {
 }
 
 impl Section<f64> {
-    /// A crossing (or touching) of the curve with itself or, for a blunt trailing edge, of the curve with itself only;
-    /// `None` where there is none. The common end point of a sharp trailing edge is no crossing.
+    /// A crossing (or touching) of the closed outline with itself, `None` where there is none. The common end point of a
+    /// sharp trailing edge is no crossing. A point on the base of a blunt trailing edge has the last parameter.
     ///
     /// Loops and gaps down to about 1e-9 of the size of the section are told apart.
     pub fn self_intersection(&self) -> Option<Crossing> {
-        curve_crossing(self.curve())
+        outline_crossing(self.curve())
     }
 }
 
@@ -39,7 +39,16 @@ struct Piece {
 /// How small a part of the size is not looked into any more.
 const RESOLUTION: f64 = 1e-10;
 
-pub(in crate::section) fn curve_crossing(curve: &BSplineCurve<f64>) -> Option<Crossing> {
+/// A crossing of a curve and the straight line that closes it, if it is not closed.
+pub(in crate::section) fn outline_crossing(curve: &BSplineCurve<f64>) -> Option<Crossing> {
+    let control = curve.control_points();
+    let (first, last) = (control[0], control[control.len() - 1]);
+    let end = curve.domain().1;
+    let base = (first != last).then(|| Piece { start: end, end, points: vec![last, first] });
+    search(curve, base)
+}
+
+fn search(curve: &BSplineCurve<f64>, base: Option<Piece>) -> Option<Crossing> {
     let mut pieces: Vec<Piece> = curve
         .to_bezier()
         .ok()?
@@ -54,7 +63,8 @@ pub(in crate::section) fn curve_crossing(curve: &BSplineCurve<f64>) -> Option<Cr
         pieces = pieces.iter().flat_map(|piece| <[Piece; 2]>::from(piece.halves())).collect();
     }
     let control = curve.control_points();
-    let closed = control.first() == control.last();
+    let closed = base.is_some() || control.first() == control.last();
+    pieces.extend(base);
     let size = bounds(control).iter().fold(0.0f64, |size, side| size.max(side[1] - side[0]));
     let search = Search { tolerance: RESOLUTION * size, closed };
     search.within(&pieces)
@@ -331,6 +341,22 @@ mod tests {
     }
 
     #[test]
+    fn a_base_through_the_curve_is_found() {
+        // the lower surface ends in front of a bulge of the upper one
+        let points = [[1.0, 0.3], [0.6, -0.1], [0.2, 0.3], [0.0, 0.0], [0.2, -0.2], [0.5, -0.2], [0.6, -0.1]];
+        let knots = KnotVector::clamped_uniform(1, points.len()).unwrap();
+        let wavy = |end: [f64; 2]| {
+            let mut points = points.to_vec();
+            points[6] = end;
+            BSplineCurve::new(knots.clone(), points).unwrap()
+        };
+        assert_eq!(outline_crossing(&wavy([1.0, -0.3])), None);
+        let crossing = outline_crossing(&wavy([0.3, -0.1])).unwrap();
+        assert_eq!(crossing.second, 1.0);
+        assert!(search(&wavy([0.3, -0.1]), None).is_none());
+    }
+
+    #[test]
     fn loops_of_all_sizes_are_found() {
         // x = t³ − a² t, y = t² crosses itself at t = ±a, at (0, a²)
         for a in [0.5, 1e-1, 1e-2, 1e-3, 1e-4] {
@@ -338,7 +364,7 @@ mod tests {
             // Bézier points of the cubic on [−1, 1]
             let curve =
                 cubic(&[[a2 - 1.0, 1.0], [1.0 + a2 / 3.0, -1.0 / 3.0], [-1.0 - a2 / 3.0, -1.0 / 3.0], [1.0 - a2, 1.0]]);
-            let crossing = curve_crossing(&curve).unwrap();
+            let crossing = search(&curve, None).unwrap();
             assert!(crossing.point[0].abs() < 1e-9 && (crossing.point[1] - a2).abs() < 1e-9, "{a} {crossing:?}");
             assert!((crossing.first - 0.5 * (1.0 - a)).abs() < 1e-5 * (1.0 + 1e-5 / a), "{a} {crossing:?}");
         }
@@ -346,7 +372,7 @@ mod tests {
         for a2 in [-1e-6, -1e-2, -1.0] {
             let curve =
                 cubic(&[[a2 - 1.0, 1.0], [1.0 + a2 / 3.0, -1.0 / 3.0], [-1.0 - a2 / 3.0, -1.0 / 3.0], [1.0 - a2, 1.0]]);
-            assert_eq!(curve_crossing(&curve), None, "{a2}");
+            assert_eq!(search(&curve, None), None, "{a2}");
         }
     }
 
@@ -377,7 +403,7 @@ mod tests {
         // halving meets the crossing of a symmetric curve exactly
         let curve =
             cubic(&[[0.0, 0.0], [1.0, 1.0], [2.0, 3.0], [0.0, 5.0], [-2.0, 3.0], [-1.0, 1.0], [0.0, 0.0], [1.0, -1.0]]);
-        assert!(is_crossing(&curve, &curve_crossing(&curve).unwrap()));
+        assert!(is_crossing(&curve, &search(&curve, None).unwrap()));
     }
 
     proptest! {
@@ -407,7 +433,7 @@ mod tests {
                     }
                 }
             }
-            match curve_crossing(&curve) {
+            match search(&curve, None) {
                 Some(crossing) => prop_assert!(is_crossing(&curve, &crossing), "{crossing:?}"),
                 None => prop_assert!(!polygon_crosses),
             }
