@@ -5,7 +5,7 @@ mod repair;
 
 pub use repair::Repair;
 
-use super::measures::{curve_crossing, farthest_parameter};
+use super::measures::{farthest_parameter, outline_crossing};
 use super::stations::with_ends;
 use super::{CoordinateError, Section, SectionError, TrailingEdge};
 use crate::spline::{EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate};
@@ -18,7 +18,7 @@ use std::path::Path;
 /// *Selig*: an optional title, then the outline, a point `x y` per line, from the trailing edge round the nose and back.
 /// *Lednicer*: title, a line with the numbers of upper and lower points, then both surfaces from nose to tail. Also
 /// read: surfaces in either order or direction, two surfaces without a header, commas, semicolons or tabs, comments
-/// (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, remarks at the end.
+/// (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, the domain line of MSES, remarks at the end.
 ///
 /// Points are kept as they stand, in their own unit and place ([`chord`](Self::chord) tells); see
 /// [`normalized`](Self::normalized). Every repair is recorded in [`repairs`](Self::repairs), and what cannot be mended
@@ -171,12 +171,14 @@ impl Coordinates {
         if let [first, .., last] = self.points[..] {
             curve = with_ends(&curve, first, last)?;
         }
-        if let Some(crossing) = curve_crossing(&curve) {
+        if let Some(crossing) = outline_crossing(&curve) {
             let [x, y] = crossing.point;
             return Err(CoordinateError::CurveCrossing { x, y }.into());
         }
         let nose = farthest_parameter(&curve, self.tail())?;
-        Section::new(curve, self.trailing_edge, nose, self.name.as_str())
+        let section = Section::new(curve, self.trailing_edge, nose, self.name.as_str())?;
+        let area = section.area();
+        if area > 0.0 { Ok(section) } else { Err(CoordinateError::NoArea { chord: self.chord(), area }.into()) }
     }
 
     fn tail(&self) -> [f64; 2] {

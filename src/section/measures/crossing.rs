@@ -19,12 +19,12 @@ pub struct Crossing {
 }
 
 impl Section<f64> {
-    /// A crossing (or touching) of the curve with itself or, for a blunt trailing edge, of the curve with itself only;
-    /// `None` where there is none. The common end point of a sharp trailing edge is no crossing.
+    /// A crossing (or touching) of the closed outline with itself, `None` where there is none. The common end point of a
+    /// sharp trailing edge is no crossing. A point on the base of a blunt trailing edge has the last parameter.
     ///
     /// Loops and gaps down to about 1e-9 of the size of the section are told apart.
     pub fn self_intersection(&self) -> Option<Crossing> {
-        curve_crossing(self.curve())
+        outline_crossing(self.curve())
     }
 }
 
@@ -39,7 +39,16 @@ struct Piece {
 /// How small a part of the size is not looked into any more.
 const RESOLUTION: f64 = 1e-10;
 
-pub(in crate::section) fn curve_crossing(curve: &BSplineCurve<f64>) -> Option<Crossing> {
+/// A crossing of a curve and the straight line that closes it, if it is not closed.
+pub(in crate::section) fn outline_crossing(curve: &BSplineCurve<f64>) -> Option<Crossing> {
+    let control = curve.control_points();
+    let (first, last) = (control[0], control[control.len() - 1]);
+    let end = curve.domain().1;
+    let base = (first != last).then(|| Piece { start: end, end, points: vec![last, first] });
+    search(curve, base)
+}
+
+fn search(curve: &BSplineCurve<f64>, base: Option<Piece>) -> Option<Crossing> {
     let mut pieces: Vec<Piece> = curve
         .to_bezier()
         .ok()?
@@ -54,7 +63,8 @@ pub(in crate::section) fn curve_crossing(curve: &BSplineCurve<f64>) -> Option<Cr
         pieces = pieces.iter().flat_map(|piece| <[Piece; 2]>::from(piece.halves())).collect();
     }
     let control = curve.control_points();
-    let closed = control.first() == control.last();
+    let closed = base.is_some() || control.first() == control.last();
+    pieces.extend(base);
     let size = bounds(control).iter().fold(0.0f64, |size, side| size.max(side[1] - side[0]));
     let search = Search { tolerance: RESOLUTION * size, closed };
     search.within(&pieces)
@@ -183,10 +193,10 @@ impl Piece {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
         let along = [last[0] - first[0], last[1] - first[1]];
         let chord = along[0].hypot(along[1]);
-        let magnitude = self.points.iter().flatten().fold(0.0f64, |m, c| m.max(c.abs()));
+        let round_off = round_off(&self.points);
         self.points.iter().all(|p| {
             let v = [p[0] - first[0], p[1] - first[1]];
-            (along[0] * v[1] - along[1] * v[0]).abs() <= 2.0 * f64::EPSILON * magnitude * chord
+            (along[0] * v[1] - along[1] * v[0]).abs() <= 0.5 * round_off * chord
         })
     }
 }
@@ -220,13 +230,20 @@ fn within_half_plane(vectors: impl Iterator<Item = [f64; 2]>) -> bool {
     unit.iter().all(|v| v[0] * sum[0] + v[1] * sum[1] > 1e-3 * length)
 }
 
-/// Whether some line along or across an axis or the chord of either piece separates two hulls.
+/// Round-off of coordinates of this magnitude, several times over.
+fn round_off(points: &[[f64; 2]]) -> f64 {
+    4.0 * f64::EPSILON * points.iter().flatten().fold(0.0f64, |m, c| m.max(c.abs()))
+}
+
+/// Whether some line along or across an axis or the chord of either piece separates two hulls by more than round-off
+/// (by which a crossing at the joint of two pieces may seem to miss both).
 fn separated(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     let chord = |p: &[[f64; 2]]| {
         let (first, last) = (p[0], p[p.len() - 1]);
         [last[0] - first[0], last[1] - first[1]]
     };
     let (ca, cb) = (chord(a), chord(b));
+    let slack = round_off(a).max(round_off(b));
     let axes = [[1.0, 0.0], [0.0, 1.0], [-ca[1], ca[0]], [-cb[1], cb[0]], ca, cb];
     axes.into_iter().any(|axis| {
         let range = |points: &[[f64; 2]]| {
@@ -237,7 +254,8 @@ fn separated(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
             })
         };
         let (ra, rb) = (range(a), range(b));
-        ra[1] < rb[0] || rb[1] < ra[0]
+        let slack = slack * (axis[0].abs() + axis[1].abs());
+        ra[1] + slack < rb[0] || rb[1] + slack < ra[0]
     })
 }
 
@@ -255,7 +273,11 @@ fn chords_cross(a: &Piece, b: &Piece) -> Option<[f64; 2]> {
         return Some([0.5, 0.5]);
     }
     let at = [cross(between, e) / determinant, cross(between, d) / determinant];
-    at.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(t)).then_some(at)
+    // round-off moves the crossing along a chord by as much more as the chords are nearly parallel
+    let slack = round_off(&a.points).max(round_off(&b.points)) / determinant.abs();
+    let reach = [e, d].map(|v| slack * v[0].hypot(v[1]));
+    let on_both = at.iter().zip(reach).all(|(t, reach)| -reach <= *t && *t <= 1.0 + reach);
+    on_both.then_some(at.map(|t| t.clamp(0.0, 1.0)))
 }
 
 fn meeting(a: &Piece, b: &Piece, at: [f64; 2]) -> Crossing {
@@ -319,6 +341,22 @@ mod tests {
     }
 
     #[test]
+    fn a_base_through_the_curve_is_found() {
+        // the lower surface ends in front of a bulge of the upper one
+        let points = [[1.0, 0.3], [0.6, -0.1], [0.2, 0.3], [0.0, 0.0], [0.2, -0.2], [0.5, -0.2], [0.6, -0.1]];
+        let knots = KnotVector::clamped_uniform(1, points.len()).unwrap();
+        let wavy = |end: [f64; 2]| {
+            let mut points = points.to_vec();
+            points[6] = end;
+            BSplineCurve::new(knots.clone(), points).unwrap()
+        };
+        assert_eq!(outline_crossing(&wavy([1.0, -0.3])), None);
+        let crossing = outline_crossing(&wavy([0.3, -0.1])).unwrap();
+        assert_eq!(crossing.second, 1.0);
+        assert!(search(&wavy([0.3, -0.1]), None).is_none());
+    }
+
+    #[test]
     fn loops_of_all_sizes_are_found() {
         // x = t³ − a² t, y = t² crosses itself at t = ±a, at (0, a²)
         for a in [0.5, 1e-1, 1e-2, 1e-3, 1e-4] {
@@ -326,7 +364,7 @@ mod tests {
             // Bézier points of the cubic on [−1, 1]
             let curve =
                 cubic(&[[a2 - 1.0, 1.0], [1.0 + a2 / 3.0, -1.0 / 3.0], [-1.0 - a2 / 3.0, -1.0 / 3.0], [1.0 - a2, 1.0]]);
-            let crossing = curve_crossing(&curve).unwrap();
+            let crossing = search(&curve, None).unwrap();
             assert!(crossing.point[0].abs() < 1e-9 && (crossing.point[1] - a2).abs() < 1e-9, "{a} {crossing:?}");
             assert!((crossing.first - 0.5 * (1.0 - a)).abs() < 1e-5 * (1.0 + 1e-5 / a), "{a} {crossing:?}");
         }
@@ -334,7 +372,7 @@ mod tests {
         for a2 in [-1e-6, -1e-2, -1.0] {
             let curve =
                 cubic(&[[a2 - 1.0, 1.0], [1.0 + a2 / 3.0, -1.0 / 3.0], [-1.0 - a2 / 3.0, -1.0 / 3.0], [1.0 - a2, 1.0]]);
-            assert_eq!(curve_crossing(&curve), None, "{a2}");
+            assert_eq!(search(&curve, None), None, "{a2}");
         }
     }
 
@@ -360,6 +398,14 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_crossing_at_the_joint_of_two_pieces_is_found() {
+        // halving meets the crossing of a symmetric curve exactly
+        let curve =
+            cubic(&[[0.0, 0.0], [1.0, 1.0], [2.0, 3.0], [0.0, 5.0], [-2.0, 3.0], [-1.0, 1.0], [0.0, 0.0], [1.0, -1.0]]);
+        assert!(is_crossing(&curve, &search(&curve, None).unwrap()));
+    }
+
     proptest! {
         #[test]
         fn agrees_with_a_fine_polygon(
@@ -367,16 +413,27 @@ mod tests {
         ) {
             let curve = cubic(&points);
             let n = 400;
-            let fine: Vec<_> = (0..=n).map(|i| curve.point_at(f64::from(i) / f64::from(n))).collect();
+            let polygon = |from: f64, to: f64| -> Vec<[f64; 2]> {
+                (0..=n).map(|i| curve.point_at(from + (to - from) * f64::from(i) / f64::from(n))).collect()
+            };
             let cross = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+            let edges_cross = |e: &[[f64; 2]], f: &[[f64; 2]]| {
+                let (a, b, c, d) = (e[0], e[1], f[0], f[1]);
+                cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0
+            };
+            let fine = polygon(0.0, 1.0);
             let mut polygon_crosses = false;
-            for i in 0..fine.len() - 1 {
-                for j in i + 2..fine.len() - 1 {
-                    let (a, b, c, d) = (fine[i], fine[i + 1], fine[j], fine[j + 1]);
-                    polygon_crosses |= cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0;
+            for (i, e) in fine.windows(2).enumerate() {
+                for (j, f) in fine.windows(2).enumerate().skip(i + 2) {
+                    if edges_cross(e, f) {
+                        // the edges may, where the arcs just pass each other: look closer
+                        let arc = |k: usize| polygon(k as f64 / f64::from(n), (k + 1) as f64 / f64::from(n));
+                        let (e, f) = (arc(i), arc(j));
+                        polygon_crosses |= e.windows(2).any(|e| f.windows(2).any(|f| edges_cross(e, f)));
+                    }
                 }
             }
-            match curve_crossing(&curve) {
+            match search(&curve, None) {
                 Some(crossing) => prop_assert!(is_crossing(&curve, &crossing), "{crossing:?}"),
                 None => prop_assert!(!polygon_crosses),
             }

@@ -22,7 +22,8 @@ pub struct SecondMoments<S> {
 impl<S: Scalar> Section<S> {
     /// Enclosed area, exact for the spline; positive for the counter-clockwise outline of a section.
     pub fn area(&self) -> S {
-        self.moment(1, |_| S::from(1.0)) / 2.0
+        let [twice] = self.moments(1, |_, swept| [swept]);
+        twice / 2.0
     }
 
     /// Centroid of the enclosed area, exact for the spline.
@@ -30,10 +31,10 @@ impl<S: Scalar> Section<S> {
     /// # Errors
     /// An area that is not positive.
     pub fn centroid(&self) -> Result<[S; 2], SectionError> {
-        let area = self.positive_area("centroid")?;
+        let [twice, x, y] = self.moments(2, |[x, y], swept| [swept, x * swept, y * swept]);
+        let area = positive("centroid", twice / 2.0)?;
         let origin = self.trailing_edge_points()[0];
-        let first = [self.moment(2, |p| p[0]) / 3.0, self.moment(2, |p| p[1]) / 3.0];
-        Ok([origin[0] + first[0] / area, origin[1] + first[1] / area])
+        Ok([origin[0] + x / (area * 3.0), origin[1] + y / (area * 3.0)])
     }
 
     /// Second moments of area about the centroid, exact for the spline.
@@ -41,15 +42,14 @@ impl<S: Scalar> Section<S> {
     /// # Errors
     /// An area that is not positive.
     pub fn second_moments(&self) -> Result<SecondMoments<S>, SectionError> {
-        let area = self.positive_area("second moment")?;
-        let (x, y) = (self.moment(2, |p| p[0]) / 3.0, self.moment(2, |p| p[1]) / 3.0);
+        let [twice, x, y, xx, yy, xy] = self.moments(3, |[x, y], swept| {
+            let (sx, sy) = (x * swept, y * swept);
+            [swept, sx, sy, y * sy, x * sx, x * sy]
+        });
+        let area = positive("second moment", twice / 2.0)?;
         // Steiner
-        let about = |second: S, first: S| second / 4.0 - first / area;
-        Ok(SecondMoments {
-            xx: about(self.moment(3, |p| p[1] * p[1]), y * y),
-            yy: about(self.moment(3, |p| p[0] * p[0]), x * x),
-            xy: about(self.moment(3, |p| p[0] * p[1]), x * y),
-        })
+        let about = |second: S, first: S| second / 4.0 - first / (area * 9.0);
+        Ok(SecondMoments { xx: about(xx, y * y), yy: about(yy, x * x), xy: about(xy, x * y) })
     }
 
     /// Length of the outline, with the base of a blunt trailing edge, to about 1e-14 of itself.
@@ -70,31 +70,34 @@ impl<S: Scalar> Section<S> {
         Ok(curve + super::frame::length(base))
     }
 
-    fn positive_area(&self, measure: &'static str) -> Result<S, SectionError> {
-        let area = self.area();
-        // written so that NaN fails
-        if area.re() > 0.0 {
-            Ok(area)
-        } else {
-            Err(SectionError::NoMeasure { measure, reason: MeasureProblem::NoArea { area: area.re() } })
-        }
-    }
-
-    /// `∮ f(p) (x dy − y dx)` with `p = (x, y)` from the first control point; `f` is of degree `order - 1` in `p`.
-    fn moment(&self, order: usize, f: impl Fn([S; 2]) -> S) -> S {
+    /// `∮ f(p, x dy − y dx)` with `p = (x, y)` from the first control point; `f` is linear in its second argument and
+    /// of degree below `order` in `p`.
+    fn moments<const N: usize>(&self, order: usize, f: impl Fn([S; 2], S) -> [S; N]) -> [S; N] {
         let curve = self.curve();
         let origin = self.trailing_edge_points()[0];
         // the integrand has degree (order + 1) p − 1 on each span, n points are exact to 2n − 1
         let rule = GaussRule::new((curve.degree() * (order + 1)).div_ceil(2));
-        let mut sum = S::from(0.0);
+        let mut sums = [S::from(0.0); N];
         for (_, start, end) in curve.knots().spans() {
             for (u, weight) in rule.on(start, end) {
                 let [x, y] = curve.point_at(u);
                 let p = [x - origin[0], y - origin[1]];
                 let [dx, dy] = curve.tangent_at(u);
-                sum += f(p) * (p[0] * dy - p[1] * dx) * weight;
+                let swept = (p[0] * dy - p[1] * dx) * weight;
+                for (sum, value) in sums.iter_mut().zip(f(p, swept)) {
+                    *sum += value;
+                }
             }
         }
-        sum
+        sums
+    }
+}
+
+/// An area, if it is positive.
+fn positive<S: Scalar>(measure: &'static str, area: S) -> Result<S, SectionError> {
+    if area.re() > 0.0 {
+        Ok(area)
+    } else {
+        Err(SectionError::NoMeasure { measure, reason: MeasureProblem::NoArea { area: area.re() } })
     }
 }

@@ -17,7 +17,7 @@ mod reversals;
 mod tests;
 
 pub use crossing::Crossing;
-pub(super) use crossing::curve_crossing;
+pub(super) use crossing::outline_crossing;
 pub use frame::ChordFrame;
 pub use integrals::SecondMoments;
 pub(super) use nose::farthest_parameter;
