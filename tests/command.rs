@@ -1,0 +1,252 @@
+//! The command as a user runs it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn aeroform(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_aeroform")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output.stdout)))
+}
+
+/// Exit status 2, the words on standard error, nothing on standard output, no panic.
+fn refused(output: &Output, words: &[&str]) {
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(output.stdout.is_empty());
+    assert!(!message.contains("panicked"), "{message}");
+    for word in words {
+        assert!(message.contains(word), "{message} lacks {word}");
+    }
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn files(path: PathBuf) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(path).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_main_job_beats_the_paper_and_writes_its_files() {
+    let folder = folder();
+    let output = aeroform(&["run", "l2-match", "--json"], folder.path());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let result = json(&output);
+    assert_eq!(result["status"], "converged");
+    assert!(result["objective"].as_f64().unwrap() <= 3.65e-7);
+    assert!(result["min_fold_indicator"].as_f64().unwrap() > 0.0 && result["folded"] == false);
+    assert_eq!(result["variables"].as_object().unwrap().len(), 32);
+    let out = folder.path().join("out/l2-match");
+    assert_eq!(
+        files(out.clone()),
+        [
+            "checkpoint.json",
+            "convergence.svg",
+            "final.dat",
+            "final.step",
+            "final.svg",
+            "history.csv",
+            "initial.svg",
+            "result.json"
+        ]
+    );
+    let written: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("result.json")).unwrap()).unwrap();
+    assert_eq!(written, result);
+    // passes the paper's final objective within the paper's evaluations
+    let history = fs::read_to_string(out.join("history.csv")).unwrap();
+    let passed =
+        history.lines().skip(1).position(|row| row.split(',').nth(2).unwrap().parse::<f64>().unwrap() <= 4.0e-7);
+    assert!(passed.unwrap() < 244, "{passed:?}");
+    // the result is a design vector that evaluates to the result
+    let back = aeroform(&["evaluate", "l2-match", "--at", "out/l2-match/result.json", "--json"], folder.path());
+    let (a, b) = (json(&back)["objective"].as_f64().unwrap(), result["objective"].as_f64().unwrap());
+    assert!((a - b).abs() <= 1e-12 * b);
+    // what was written can be read as a section again
+    let section = aeroform(&["section", "out/l2-match/final.dat", "--json"], folder.path());
+    assert!(json(&section)["camber"].as_f64().unwrap() > 0.07);
+}
+
+#[test]
+fn the_second_order_method_needs_few_evaluations() {
+    let folder = folder();
+    for (case, objective, most) in [
+        ("l2-match", 3.65e-7, 40),
+        ("l2-5x5-cubic", 1e-7, 80),
+        ("l2-5x5-quadratic", 1e-7, 80),
+        ("l2-6x6-cubic", 1e-7, 80),
+    ] {
+        let out = format!("newton-{case}");
+        let output = aeroform(&["run", case, "--method", "newton", "--out", &out, "--json"], folder.path());
+        let result = json(&output);
+        assert!(result["objective"].as_f64().unwrap() <= objective && result["folded"] == false, "{result}");
+        let history = fs::read_to_string(folder.path().join(out).join("history.csv")).unwrap();
+        let mut objectives =
+            history.lines().skip(1).map(|row| row.split(',').nth(2).unwrap().parse().unwrap_or(f64::NAN));
+        assert!(objectives.position(|f: f64| f <= objective).unwrap() < most, "{case}");
+    }
+}
+
+#[test]
+fn a_resumed_run_ends_at_the_same_bits() {
+    let folder = folder();
+    let whole = json(&aeroform(&["run", "l2-match", "--out", "whole", "--json"], folder.path()));
+    // a run that was stopped: the checkpoint holds the first evaluations only
+    let path = folder.path().join("whole/checkpoint.json");
+    let mut checkpoint: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    checkpoint["records"].as_array_mut().unwrap().truncate(57);
+    fs::create_dir(folder.path().join("part")).unwrap();
+    fs::write(folder.path().join("part/checkpoint.json"), checkpoint.to_string()).unwrap();
+    let resumed = json(&aeroform(&["run", "l2-match", "--out", "part", "--resume", "--json"], folder.path()));
+    assert_eq!(resumed["variables"], whole["variables"]);
+    assert_eq!(resumed["evaluations"], whole["evaluations"]);
+    // another case must not go on from it
+    refused(&aeroform(&["run", "l2-5x5-cubic", "--out", "part", "--resume"], folder.path()), &["another case"]);
+    fs::write(folder.path().join("part/checkpoint.json"), "{\"aeroform_ch").unwrap();
+    refused(&aeroform(&["run", "l2-match", "--out", "part", "--resume"], folder.path()), &["checkpoint.json"]);
+}
+
+#[test]
+fn gradients_agree_on_built_in_cases() {
+    let folder = folder();
+    for case in ["l2-match", "l2-mixed", "mirrored", "skewed-pinned"] {
+        let output = aeroform(&["gradients", case, "--json"], folder.path());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let result = json(&output);
+        assert!(result["worst_route_error"].as_f64().unwrap() <= 1e-12, "{case}");
+    }
+    let table = aeroform(&["gradients", "mirrored"], folder.path());
+    assert!(text(&table.stdout).contains("shape_error") && text(&table.stdout).contains("agree"));
+}
+
+#[test]
+fn evaluate_takes_a_design_vector() {
+    let folder = folder();
+    fs::write(folder.path().join("at.json"), "{\"dy[1,1]\": 0.01}").unwrap();
+    let output = aeroform(&["evaluate", "l2-match", "--at", "at.json", "--gradients", "--json"], folder.path());
+    let result = json(&output);
+    assert_eq!(result["variables"]["dy[1,1]"], 0.01);
+    assert_eq!(result["variables"]["dx[1,1]"], 0.0);
+    assert_eq!(result["gradients"]["shape_error"].as_object().unwrap().len(), 32);
+    fs::write(folder.path().join("at.json"), "{\"dy[1,9]\": 0.01}").unwrap();
+    refused(&aeroform(&["evaluate", "l2-match", "--at", "at.json"], folder.path()), &["dy[1,9]", "at.json"]);
+    fs::write(folder.path().join("at.json"), "{\"dy[1,1]\": \"high\"}").unwrap();
+    refused(&aeroform(&["evaluate", "l2-match", "--at", "at.json"], folder.path()), &["dy[1,1]", "finite"]);
+    fs::write(folder.path().join("at.json"), "[1, 2").unwrap();
+    refused(&aeroform(&["evaluate", "l2-match", "--at", "at.json"], folder.path()), &["at.json:1"]);
+}
+
+#[test]
+fn sections_are_measured_and_exported() {
+    let folder = folder();
+    let result = json(&aeroform(&["section", "naca0012:sharp", "--json"], folder.path()));
+    let number = |key: &str| result[key].as_f64().unwrap();
+    assert!((number("area") - 0.68088 * 0.12).abs() < 1e-4);
+    assert!((number("thickness") - 0.12).abs() < 1e-4);
+    assert!((number("thickness_x") - 0.3).abs() < 2e-3);
+    assert_eq!(number("trailing_edge_gap"), 0.0);
+    assert!(result["camber_x"].is_null());
+    assert_eq!(result["control_points"], 101);
+    for ending in ["dat", "svg", "step", "igs", "dxf", "csv"] {
+        let name = format!("exports/section.{ending}");
+        let output = aeroform(&["section", "naca2412", "--out", &name], folder.path());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(fs::metadata(folder.path().join(name)).unwrap().len() > 1000);
+    }
+    assert_eq!(files(folder.path().join("exports")).len(), 6);
+    let kulfan = aeroform(&["section", "kulfan:upper=0.2,0.2/lower=-0.1,-0.1"], folder.path());
+    assert!(kulfan.status.success());
+    refused(&aeroform(&["section", "naca2412", "--out", "section.stl"], folder.path()), &[".stl", ".step"]);
+    refused(&aeroform(&["section", "naca24"], folder.path()), &["naca24"]);
+    refused(&aeroform(&["section", "nowhere.dat"], folder.path()), &["nowhere.dat"]);
+}
+
+#[test]
+fn broken_coordinate_files_are_refused_with_their_line() {
+    let folder = folder();
+    let cases: [(&str, &[u8], &str); 6] = [
+        ("empty", b"", "no coordinates"),
+        ("nan", b"name\n1 0\n0.5 nan\n0 0\n0.5 -0.1\n1 0\n", "3"),
+        ("one", b"name\n1 0\n", "point"),
+        ("binary", &[0x7f, 0x45, 0x4c, 0x46, 0, 1, 2, 255, 254, 0, 0, 9], ""),
+        ("truncated", b"name\n1 0\n0.5 0.1\n0.2\n", "4"),
+        ("words", b"name\n1 0\n0.5 abc\n", "3"),
+    ];
+    for (name, bytes, words) in cases {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        let output = aeroform(&["section", name, "--out", "x.dat"], folder.path());
+        refused(&output, &[name, words]);
+        assert!(!folder.path().join("x.dat").exists());
+    }
+}
+
+#[test]
+fn mistakes_in_a_case_are_refused_before_anything_is_written() {
+    let folder = folder();
+    let good = text(&aeroform(&["cases", "l2-match"], folder.path()).stdout);
+    for (from, to, words) in [
+        ("degree =", "degre =", ["case.toml:18", "degree"]),
+        ("degree = [3, 3]", "degree = [4, 4]", ["case.toml:18", "control points"]),
+        ("x = [-0.1, 1.1]", "x = [0.0, 0.9]", ["case.toml", "outside"]),
+        ("x = [-0.1, 1.1]", "x = \"wide\"", ["case.toml:15", "box.x"]),
+        ("control_points = [4, 4]", "control_points = [-4, 4]", ["case.toml:17", "box.control_points"]),
+        ("[objective]", "[fold_penalty]\nalpha = 0\n[objective]", ["case.toml:25", "alpha"]),
+        ("naca = \"0012\"", "file = \"gone.dat\"", ["case.toml:5", "gone.dat"]),
+    ] {
+        assert!(good.contains(from));
+        fs::write(folder.path().join("case.toml"), good.replacen(from, to, 1)).unwrap();
+        for command in ["run", "evaluate", "gradients"] {
+            refused(&aeroform(&[command, "case.toml"], folder.path()), &words);
+        }
+        assert_eq!(files(folder.path().to_path_buf()), ["case.toml"]);
+    }
+    fs::write(folder.path().join("case.toml"), [0xff, 0xfe, 0x00]).unwrap();
+    refused(&aeroform(&["run", "case.toml"], folder.path()), &["case.toml", "UTF-8"]);
+    refused(&aeroform(&["run", "l2-mach"], folder.path()), &["did you mean l2-match"]);
+    refused(&aeroform(&["run", "skewed-pinned"], folder.path()), &["constraints"]);
+    refused(&aeroform(&["run", "l2-match", "--method", "simplex"], folder.path()), &["lbfgs"]);
+}
+
+#[test]
+fn an_unwritable_directory_fails_before_the_run() {
+    let folder = folder();
+    // a file stands where the directory should be
+    fs::write(folder.path().join("taken"), "").unwrap();
+    refused(&aeroform(&["run", "l2-match", "--out", "taken"], folder.path()), &["taken"]);
+    refused(&aeroform(&["run", "l2-match", "--out", "taken/below"], folder.path()), &["taken"]);
+}
+
+#[test]
+fn a_run_stopped_by_its_limit_says_so_and_keeps_its_best() {
+    let folder = folder();
+    let good = text(&aeroform(&["cases", "l2-match"], folder.path()).stdout);
+    fs::write(folder.path().join("short.toml"), good.replace("max_evaluations = 1000", "max_evaluations = 20"))
+        .unwrap();
+    let output = aeroform(&["run", "short.toml", "--json"], folder.path());
+    assert_eq!(output.status.code(), Some(1));
+    let result = json(&output);
+    assert_eq!(result["status"], "evaluation limit");
+    assert!(result["objective"].as_f64().unwrap() < 1e-3);
+    assert!(text(&output.stderr).contains("limit"));
+}
+
+#[test]
+fn cases_are_listed() {
+    let folder = folder();
+    let list = text(&aeroform(&["cases"], folder.path()).stdout);
+    assert!(list.contains("l2-match") && list.contains("32 variables"));
+    let result = json(&aeroform(&["cases", "--json"], folder.path()));
+    assert!(result["cases"].as_array().unwrap().len() >= 10);
+}
