@@ -18,6 +18,7 @@ mod problem;
 mod quantity;
 mod shape_error;
 
+#[cfg(feature = "command")]
 pub(crate) use case::nearest;
 pub use case::{BuiltinCase, Case, CaseError, OptimizerSettings, builtin_cases};
 pub use design_problem::{Constraint, DesignProblem};

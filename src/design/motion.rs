@@ -174,7 +174,7 @@ impl BoxMotion {
 
     /// The axis each variable moves along.
     pub fn axes(&self) -> Vec<Axis> {
-        let axis = |group: &usize| if self.groups[*group].components[0].0 % 2 == 0 { Axis::X } else { Axis::Y };
+        let axis = |group: &usize| [Axis::X, Axis::Y][self.groups[*group].components[0].0 % 2];
         self.variables.iter().map(axis).collect()
     }
 

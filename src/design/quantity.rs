@@ -85,7 +85,7 @@ impl Instruments {
                 chunk.for_each(|k| gradient[k] = eps[k - first]);
             }
         }
-        let quantity = Quantity::Measure(measure.clone());
+        let quantity = Quantity::Measure(*measure);
         finite(&quantity, value)?;
         gradient.iter().try_for_each(|g| finite(&quantity, *g))?;
         Ok((value, gradient))

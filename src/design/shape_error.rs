@@ -43,7 +43,8 @@ impl ShapeNorm {
 /// let target = BSplineCurve::new(knots, vec![[0.0, 0.0], [2.0, 0.0]]).unwrap();
 /// let error = ShapeError::new(ShapeNorm::ArcLength, &target, target.knots()).unwrap();
 /// // a unit shift of a segment of length two
-/// assert!((error.value(&[[0.0, 1.0], [2.0, 1.0]]) - 2.0).abs() < 1e-15);
+/// let value: f64 = error.value(&[[0.0, 1.0], [2.0, 1.0]]);
+/// assert!((value - 2.0).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone)]
 pub struct ShapeError {

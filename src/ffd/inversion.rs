@@ -149,7 +149,7 @@ impl<const D: usize> Patch<D> {
         let stride: usize = orders[..axis].iter().product();
         let (mut left, mut right) = (self.net.clone(), self.net.clone());
         for start in 0..self.net.len() {
-            if start / stride % orders[axis] != 0 {
+            if !(start / stride).is_multiple_of(orders[axis]) {
                 continue;
             }
             let n = orders[axis];
@@ -221,7 +221,7 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, cell: [usize; D]) -> Vec
     let orders: [usize; D] = std::array::from_fn(|k| axes[k].degree() + 1);
     for k in 0..D {
         let stride: usize = orders[..k].iter().product();
-        for start in (0..net.len()).filter(|i| i / stride % orders[k] == 0) {
+        for start in (0..net.len()).filter(|i| (i / stride).is_multiple_of(orders[k])) {
             let line: Vec<[f64; D]> = (0..orders[k]).map(|j| net[start + j * stride]).collect();
             for (ends, slot) in (0..orders[k]).enumerate() {
                 net[start + slot * stride] = blossom(&axes[k], spans[k], &line, ends);
@@ -307,7 +307,7 @@ mod tests {
         }
 
         #[test]
-        fn outside_is_outside(p in 1usize..=5, extra in 0usize..4, angle in 0.0f64..6.283) {
+        fn outside_is_outside(p in 1usize..=5, extra in 0usize..4, angle in 0.0..std::f64::consts::TAU) {
             let lattice = any_box(p, p, (extra, extra), Placement::Even, 0.0);
             let x = [0.5 + 2.0 * angle.cos(), 2.0 * angle.sin()];
             prop_assert!(Inversion::new(&lattice).solve(x).is_none());

@@ -264,7 +264,7 @@ mod tests {
             }
             for found in [0, 4, 9, 100] {
                 let error = definition.clone().with_control_points(found).unwrap_err();
-                assert_eq!(error, SectionError::ControlPointCount { found, least: 11 });
+                assert_eq!(error, SectionError::ControlPointCount { found, least: 11, most: 20_001 });
             }
         }
     }

@@ -61,13 +61,15 @@ pub enum SectionError {
     },
     /// A number of control points that the definition cannot be built with.
     #[error(
-        "{found} control points: an analytic section needs an odd number of at least {least}, so that the nose is a data point"
+        "{found} control points: an analytic section needs an odd number from {least} to {most}, so that the nose is a data point"
     )]
     ControlPointCount {
         /// The number asked for.
         found: usize,
         /// The smallest number.
         least: usize,
+        /// The largest number.
+        most: usize,
     },
     /// A number of control points that coordinates cannot be fitted with.
     #[error("{found} control points, between {least} and the number of points, {most}, are possible")]

@@ -14,11 +14,14 @@ pub(super) enum Surface {
 /// Control points of an analytic section unless told otherwise (paper, section on the L2 match).
 pub(super) const DEFAULT_CONTROL_POINTS: usize = 101;
 const LEAST_CONTROL_POINTS: usize = 11;
+/// Far beyond any use; a slip of the keyboard must not fill the memory.
+const MOST_CONTROL_POINTS: usize = 20_001;
 
 /// Checks a number of control points of an analytic section.
 pub(super) fn check_control_points(found: usize) -> Result<(), SectionError> {
-    if found < LEAST_CONTROL_POINTS || found.is_multiple_of(2) {
-        return Err(SectionError::ControlPointCount { found, least: LEAST_CONTROL_POINTS });
+    if !(LEAST_CONTROL_POINTS..=MOST_CONTROL_POINTS).contains(&found) || found.is_multiple_of(2) {
+        let (least, most) = (LEAST_CONTROL_POINTS, MOST_CONTROL_POINTS);
+        return Err(SectionError::ControlPointCount { found, least, most });
     }
     Ok(())
 }

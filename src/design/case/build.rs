@@ -15,6 +15,9 @@ use crate::ffd::{FfdBox, FfdError, FoldPenalty, Placement};
 use crate::section::{Coordinates, Kulfan, Section, SectionDefinition, TrailingEdge};
 use std::path::Path;
 
+/// Far beyond any use; a slip of the keyboard must not fill the memory.
+const MOST_BOX_POINTS: usize = 10_000;
+
 /// Builds the case; every error names the key it comes from.
 pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {
     if table.name.is_empty() || !table.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
@@ -100,6 +103,10 @@ fn definition(
 
 fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseError> {
     let (counts, degrees) = (table.control_points, table.degree);
+    if counts[0].saturating_mul(counts[1]) > MOST_BOX_POINTS {
+        let message = format!("{} × {} control points; at most {MOST_BOX_POINTS} in all", counts[0], counts[1]);
+        return Err(document.error(&["box", "control_points"], message));
+    }
     let placement = match table.placement {
         Some(PlacementName::Greville) => Placement::Greville,
         _ => Placement::Even,

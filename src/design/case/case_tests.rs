@@ -118,6 +118,7 @@ fn mistakes_are_named_with_line_and_key() {
     complaint("naca = \"0012\"", "file = \"nowhere.dat\"", 5, &["section.file", "nowhere.dat"]);
     complaint("control_points = 101", "control_points = 3", 7, &["section.control_points"]);
     complaint("control_points = [4, 4]", "control_points = [4, -4]", 17, &["box.control_points"]);
+    complaint("control_points = [4, 4]", "control_points = [40000, 40000]", 17, &["at most 10000"]);
     complaint("free = \"all\"", "free = \"most\"", 22, &["variables.free", "most"]);
     complaint("free = \"all\"", "free = [{ columns = 7 }]", 21, &["variables", "column 7"]);
     complaint("free = \"all\"", "free = \"none\"", 21, &["variables", "no design variables"]);
