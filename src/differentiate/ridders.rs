@@ -7,7 +7,8 @@ use nalgebra::DMatrix;
 pub struct Estimate {
     /// The extrapolated derivative.
     pub value: f64,
-    /// Estimated absolute error: disagreement of the extrapolation with itself plus round-off of the function values.
+    /// Estimated absolute error: disagreement of the extrapolation with itself plus the noise of the function values,
+    /// which is measured, not assumed.
     pub error: f64,
 }
 
@@ -38,7 +39,7 @@ pub fn finite_difference<E>(mut f: impl FnMut(f64) -> Result<f64, E>, x: f64, st
 
 /// Jacobian (outputs × variables) of `f` at `x` by extrapolated central differences; `steps` has one entry a variable.
 ///
-/// All outputs share the evaluations (`2 · levels` a variable); each picks its own best entry of its tableau.
+/// All outputs share the evaluations (`2 · levels + 9` a variable); each picks its own best entry of its tableau.
 ///
 /// # Errors
 /// Those of `f`.
@@ -48,6 +49,12 @@ pub fn finite_difference_jacobian<E>(
     steps: &[StepRange],
 ) -> Result<DMatrix<Estimate>, E> {
     let rows = f(x)?.len();
+    // noise belongs to an output, whichever variable shows it
+    let mut floor = vec![0.0f64; rows];
+    for (column, range) in steps.iter().enumerate() {
+        let shown = noise_of_outputs(&mut f, &mut x.to_vec(), column, range)?;
+        floor.iter_mut().zip(shown).for_each(|(floor, shown)| *floor = floor.max(shown));
+    }
     let nothing = Estimate { value: 0.0, error: f64::INFINITY };
     let mut result = DMatrix::from_element(rows, x.len(), nothing);
     let mut point = x.to_vec();
@@ -64,7 +71,8 @@ pub fn finite_difference_jacobian<E>(
             let below = f(&point)?;
             for row in 0..rows {
                 differences[row].push((above[row] - below[row]) / (high - low));
-                noise[row].push(4.0 * f64::EPSILON * above[row].abs().max(below[row].abs()) / step);
+                let rounding = 4.0 * f64::EPSILON * above[row].abs().max(below[row].abs());
+                noise[row].push(rounding.max(floor[row]) / step);
             }
             step *= 0.5;
         }
@@ -76,25 +84,70 @@ pub fn finite_difference_jacobian<E>(
     Ok(result)
 }
 
+/// The noise of each output along one variable, from a table of differences at steps far below any feature of the
+/// function (Moré and Wild, SIAM J. Sci. Comput. 33, 2011), times eight: one in many derivatives is an outlier.
+fn noise_of_outputs<E>(
+    f: &mut impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    point: &mut [f64],
+    column: usize,
+    range: &StepRange,
+) -> Result<Vec<f64>, E> {
+    const POINTS: usize = 9;
+    let centre = point[column];
+    let step = range.first * 1e-8;
+    let mut samples = Vec::with_capacity(POINTS);
+    for k in 0..POINTS {
+        point[column] = centre + (k as f64 - 0.5 * (POINTS - 1) as f64) * step;
+        samples.push(f(point)?);
+    }
+    point[column] = centre;
+    let outputs = samples[0].len();
+    let noise = (0..outputs).map(|row| {
+        let mut table: Vec<f64> = samples.iter().map(|s| s[row]).collect();
+        let (mut largest, mut factor) = (0.0f64, 1.0);
+        for order in 1..=6 {
+            table = table.windows(2).map(|w| w[1] - w[0]).collect();
+            // (k!)² / (2k)!: what differences of order k make of independent noise
+            factor *= order as f64 / (2.0 * (2 * order - 1) as f64);
+            if order >= 3 {
+                let mean = table.iter().map(|d| d * d).sum::<f64>() / table.len() as f64;
+                largest = largest.max((factor * mean).sqrt());
+            }
+        }
+        8.0 * largest
+    });
+    Ok(noise.collect())
+}
+
 /// The entry of the Neville tableau with the smallest estimated error.
+///
+/// An entry is judged by its neighbours: the two it was made from, and the one below it, made with half the step.
+/// Without the latter a chance agreement would pass for accuracy.
 fn extrapolate(differences: &[f64], noise: &[f64]) -> Estimate {
-    let mut best = Estimate { value: differences[0], error: f64::INFINITY };
-    let mut previous = vec![differences[0]];
-    for level in 1..differences.len() {
-        let mut row = vec![differences[level]];
+    let mut rows: Vec<Vec<f64>> = Vec::with_capacity(differences.len());
+    for (level, &difference) in differences.iter().enumerate() {
+        let mut row = vec![difference];
         let mut factor = 1.0;
         for order in 1..=level {
             // central differences have an error series in even powers of the step
             factor *= 4.0;
-            let value = row[order - 1] + (row[order - 1] - previous[order - 1]) / (factor - 1.0);
-            let disagreement = (value - row[order - 1]).abs().max((value - previous[order - 1]).abs());
+            let (coarse, fine) = (rows[level - 1][order - 1], row[order - 1]);
+            row.push(fine + (fine - coarse) / (factor - 1.0));
+        }
+        rows.push(row);
+    }
+    let mut best = Estimate { value: differences[0], error: f64::INFINITY };
+    for level in 1..rows.len() {
+        for order in 1..=level {
+            let value = rows[level][order];
+            let made_from = [rows[level][order - 1], rows[level - 1][order - 1]];
+            let below = rows.get(level + 1).map(|row| row[order]);
+            let disagreement = made_from.into_iter().chain(below).fold(0.0, |m: f64, v| m.max((v - value).abs()));
             let error = disagreement + noise[level];
             if error <= best.error {
                 best = Estimate { value, error };
             }
-            row.push(value);
         }
-        previous = row;
     }
     best
 }
