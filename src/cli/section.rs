@@ -38,7 +38,12 @@ const MEASURES: [(Measure, &str); 10] = [
 ];
 
 pub(super) fn run(arguments: &SectionArguments) -> Result<(), Failure> {
-    let bad = |error: SectionError| Failure::Input(format!("{}: {error}", arguments.shape));
+    // errors of files name the file themselves
+    let bad = |error: SectionError| {
+        let message = error.to_string();
+        let named = message.contains(&arguments.shape);
+        Failure::Input(if named { message } else { format!("{}: {message}", arguments.shape) })
+    };
     let mut definition = SectionDefinition::parse(&arguments.shape).map_err(bad)?;
     if let Some(count) = arguments.control_points {
         definition = definition.with_control_points(count).map_err(bad)?;

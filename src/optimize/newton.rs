@@ -46,7 +46,7 @@ impl Default for Newton {
         Self {
             objective_tolerance: 1e-10,
             gradient_tolerance: 1e-12,
-            progress_tolerance: 1e-3,
+            progress_tolerance: 5e-3,
             first_radius: 1.0,
             largest_radius: 100.0,
             limits: Limits::default(),
