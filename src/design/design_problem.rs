@@ -1,9 +1,10 @@
 //! [`DesignProblem`]: geometry, quantities, objective and constraints joined into what an optimiser sees.
 
+mod second_order;
+
 use super::geometry::{Geometry, LinearisedShape, Shape};
 use super::quantity::{Instruments, Quantity, finite};
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem};
-use crate::differentiate::{self, Function};
 use crate::ffd::FoldReport;
 use crate::scalar::Scalar;
 use crate::section::Section;
@@ -363,110 +364,6 @@ impl DesignProblem {
             values[q] = self.instruments.value(&self.quantities[q], &shape)?;
         }
         Ok(())
-    }
-
-    fn try_hessian(&mut self, x: &[f64]) -> Result<DMatrix<f64>, DesignError> {
-        self.set_scaled(x);
-        let n = x.len();
-        let mut total = DMatrix::zeros(n, n);
-        let mut rest = Vec::new();
-        let linear = self.geometry.is_linear();
-        if linear {
-            self.deform_in_place();
-        }
-        for (q, &weight) in self.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
-            match (&self.quantities[q], &self.instruments.penalty) {
-                (Quantity::ShapeError, _) if linear => {
-                    if self.error_hessian.is_none() {
-                        let tangents = self.tangents.as_ref().map_or(&[][..], |t| &t.section_tangents);
-                        self.error_hessian = self.instruments.error()?.hessian(tangents);
-                    }
-                    match &self.error_hessian {
-                        Some(constant) => total += constant * weight,
-                        None => rest.push(q),
-                    }
-                }
-                (Quantity::FoldPenalty, Some(penalty)) if linear => {
-                    let mut of_net = self.net_matrix();
-                    penalty.add_hessian(&self.work.net, &mut of_net);
-                    self.project(&of_net, weight, &mut total);
-                }
-                (Quantity::FoldPenalty, None) => {}
-                _ => rest.push(q),
-            }
-        }
-        if !rest.is_empty() {
-            let part = Partial { problem: self, quantities: &rest };
-            let (_, _, hessian) = differentiate::hessian(&part, &self.work.values)?;
-            total += hessian;
-        }
-        self.scale_both(&mut total);
-        Ok(total)
-    }
-
-    /// The distortion of the box plus the identity: steps that keep the cells' areas may be long.
-    fn distortion(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
-        if !self.geometry.is_linear() {
-            return None;
-        }
-        self.set_scaled(x);
-        self.deform_in_place();
-        let mut of_net = self.net_matrix();
-        self.instruments.penalty.as_ref()?.add_distortion(&self.work.net, &mut of_net);
-        let mut metric = DMatrix::zeros(x.len(), x.len());
-        self.project(&of_net, 1.0, &mut metric);
-        self.scale_both(&mut metric);
-        (0..x.len()).for_each(|k| metric[(k, k)] += 1.0);
-        Some(metric)
-    }
-
-    /// A zero matrix over the components of the net.
-    fn net_matrix(&self) -> DMatrix<f64> {
-        DMatrix::zeros(2 * self.work.net.len(), 2 * self.work.net.len())
-    }
-
-    /// Second derivatives in the variables' own units → in scaled variables.
-    fn scale_both(&self, matrix: &mut DMatrix<f64>) {
-        for (i, a) in self.geometry.variables().iter().enumerate() {
-            for (j, b) in self.geometry.variables().iter().enumerate() {
-                matrix[(i, j)] *= a.scale * b.scale;
-            }
-        }
-    }
-
-    /// `total += weight · motionᵀ hessian motion`, all of them sparse.
-    fn project(&self, of_net: &DMatrix<f64>, weight: f64, total: &mut DMatrix<f64>) {
-        let motion = &self.geometry.initial_frame().motion;
-        for row in 0..motion.outputs() {
-            for column in 0..motion.outputs() {
-                let second = weight * of_net[(row, column)];
-                if second != 0.0 {
-                    for (i, a) in motion.row(row) {
-                        for (j, b) in motion.row(column) {
-                            total[(i, j)] += second * a * b;
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Part of the objective, for second derivatives through the whole pipeline.
-struct Partial<'a> {
-    problem: &'a DesignProblem,
-    quantities: &'a [usize],
-}
-
-impl Function for Partial<'_> {
-    type Error = DesignError;
-    fn evaluate<S: Scalar>(&self, values: &[S]) -> Result<S, DesignError> {
-        let shape = self.problem.geometry.shape(values)?;
-        let mut sum = S::from(0.0);
-        for &q in self.quantities {
-            sum += self.problem.instruments.value(&self.problem.quantities[q], &shape)? * self.problem.weights[q];
-        }
-        Ok(sum)
     }
 }
 

@@ -144,6 +144,7 @@ fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geo
         (None, None) => Deformation::None,
     };
     let rules = &table.variables;
+    check_rules(document, rules)?;
     let pins = |section: &Section<f64>| Ok(pin_parameters(&rules.pin, section));
     let for_motion = deformation.clone();
     let motion = |section: &Section<f64>, rows: &crate::ffd::LinearMap| match &for_motion {
@@ -180,6 +181,24 @@ fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geo
     let variables = variables(document, rules, &geometry)?;
     geometry.set_variables(variables);
     Ok(geometry)
+}
+
+fn check_rules(document: &Document, rules: &VariablesTable) -> Result<(), CaseError> {
+    for pin in &rules.pin {
+        if let PinEntry::Parameter(u) = pin
+            && !(0.0..=1.0).contains(u)
+        {
+            return Err(document.error(&["variables", "pin"], format!("parameter {u} is not between 0 and 1")));
+        }
+    }
+    for tie in &rules.tied {
+        let (points, coefficients) = (tie.control_points.len(), tie.coefficients.as_ref().map(Vec::len));
+        if points < 2 || coefficients.is_some_and(|n| n != points) {
+            let message = "a tie needs two control points or more, and as many coefficients (or none)";
+            return Err(document.error(&["variables", "tied"], message));
+        }
+    }
+    Ok(())
 }
 
 fn pin_parameters(pins: &[PinEntry], section: &Section<f64>) -> Vec<f64> {

@@ -125,6 +125,9 @@ fn mistakes_are_named_with_line_and_key() {
     complaint("free = \"all\"", "free = \"all\"\nparameters = [\"thicknes\"]", 23, &["parameters", "thickness"]);
     complaint("free = \"all\"", "free = \"all\"\nbounds = { \"dx[0,9]\" = [0, 1] }", 23, &["dx[0,9]", "did you mean"]);
     complaint("free = \"all\"", "free = \"all\"\nbounds = { y = [0.1, 0.2] }", 23, &["bounds", "order"]);
+    complaint("free = \"all\"", "free = \"all\"\npin = [1.5]", 23, &["variables.pin", "1.5"]);
+    complaint("free = \"all\"", "free = \"all\"\npin = [\"nos\"]", 23, &["nos"]);
+    complaint("free = \"all\"", "free = \"all\"\ntied = [{ control_points = [[0, 0]], axis = \"x\" }]", 23, &["tied"]);
     complaint("[objective]", "[fold_penalty]\nalpha = 0.0\n[objective]", 25, &["fold_penalty.alpha", "positive"]);
     complaint("shape_error = 1.0,", "shape_eror = 1.0,", 25, &["shape_eror"]);
     complaint("method = \"lbfgs\"", "method = \"bfgs\"", 28, &["optimizer.method", "lbfgs"]);
