@@ -52,12 +52,7 @@ fn naca() -> Result<Sheet, Failure> {
     let blunt = SectionDefinition::parse("naca0012")?.with_control_points(401)?.section()?;
     sheet.relative("area, NACA 0012 blunt, 401 points", 0.24 * thickness_integral(false, 0, 1), blunt.area(), 1e-7);
     let t: f64 = 0.12;
-    sheet.relative(
-        "trailing-edge gap, NACA 0012 blunt (0.021 t)",
-        0.021 * t,
-        blunt.trailing_edge_gap()?,
-        1e-12,
-    );
+    sheet.relative("trailing-edge gap, NACA 0012 blunt (0.021 t)", 0.021 * t, blunt.trailing_edge_gap()?, 1e-12);
     let sharp = SectionDefinition::parse("naca0012:sharp")?.with_control_points(401)?.section()?;
     let moment = |m, n| thickness_integral(true, m, n);
     let (area, first) = (2.0 * t * moment(0, 1), 2.0 * t * moment(1, 1));
@@ -66,7 +61,12 @@ fn naca() -> Result<Sheet, Failure> {
     sheet.relative("second moment xx, NACA 0012 sharp", 2.0 / 3.0 * t.powi(3) * moment(0, 3), seconds.xx, 1e-6);
     let about_centroid = 2.0 * t * moment(2, 1) - first * first / area;
     sheet.relative("second moment yy, NACA 0012 sharp", about_centroid, seconds.yy, 1e-6);
-    sheet.relative("nose radius (1.1019 t^2), 401 points", 0.5 * (0.2969 / 0.2 * t).powi(2), sharp.nose_radius()?, 5e-3);
+    sheet.relative(
+        "nose radius (1.1019 t^2), 401 points",
+        0.5 * (0.2969 / 0.2 * t).powi(2),
+        sharp.nose_radius()?,
+        5e-3,
+    );
     let half = |x: f64| t * thickness_terms(true).iter().map(|(p, c)| c * x.sqrt().powi(*p)).sum::<f64>();
     sheet.relative("thickness at 0.3", 2.0 * half(0.3), sharp.thickness_at(0.3)?, 1e-8);
     let best = (2000..4000).map(|i| 2.0 * half(f64::from(i) * 1e-4)).fold(0.0, f64::max);
