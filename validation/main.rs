@@ -1,1 +1,84 @@
-fn main() {}
+//! `validate`: tables of what the library computes against what is known from elsewhere.
+//!
+//! Every table names the source of its expected values. Exit status 0: all rows hold; 1: some do not; 2: bad usage.
+
+mod differences;
+mod embedding;
+mod exact;
+mod folding;
+mod l2;
+mod random;
+mod sheet;
+
+use clap::{Parser, ValueEnum};
+use sheet::Sheet;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Tables of computed against known values.
+#[derive(Debug, Parser)]
+#[command(name = "validate", version, about)]
+struct Arguments {
+    /// What to validate [default: everything]
+    topics: Vec<Topic>,
+    /// Fewer random samples, for continuous integration
+    #[arg(long)]
+    quick: bool,
+}
+
+/// What can be validated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Topic {
+    /// Closed forms: areas, circles and ellipses, basis functions, penalty and norms
+    Exact,
+    /// Parameters of random points in boxes of degree 1 to 5
+    Embedding,
+    /// The shape match of the paper and finer boxes
+    L2,
+    /// Unfolded boxes and self-intersections
+    Folding,
+    /// Every derivative by two automatic routes and by finite differences
+    Differences,
+}
+
+/// What went wrong in a topic that could not be carried through.
+type Failure = Box<dyn std::error::Error>;
+
+impl Topic {
+    fn run(self, quick: bool) -> Result<Vec<Sheet>, Failure> {
+        match self {
+            Self::Exact => exact::sheets(),
+            Self::Embedding => embedding::sheets(quick),
+            Self::L2 => l2::sheets(),
+            Self::Folding => folding::sheets(quick),
+            Self::Differences => differences::sheets(quick),
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let mut arguments = Arguments::parse();
+    if arguments.topics.is_empty() {
+        arguments.topics = Topic::value_variants().to_vec();
+    }
+    let (mut rows, mut failures) = (0, 0);
+    for topic in arguments.topics {
+        let start = Instant::now();
+        match topic.run(arguments.quick) {
+            Ok(sheets) => {
+                for sheet in sheets {
+                    println!("{sheet}");
+                    rows += sheet.rows();
+                    failures += sheet.failures();
+                }
+            }
+            Err(error) => {
+                println!("{topic:?} could not be carried through: {error}\n");
+                failures += 1;
+            }
+        }
+        eprintln!("validate: {topic:?} took {:.1} s", start.elapsed().as_secs_f64());
+    }
+    println!("{rows} rows, {failures} failed");
+    if failures == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
