@@ -73,12 +73,12 @@ fn tally(random: &mut Random, lattice: &FfdBox<f64>, points: usize) -> Result<Ta
         let batch: Vec<[f64; 2]> =
             (0..BATCH.min(points - tally.points)).map(|i| point(random, lattice, i % 4 == 0)).collect();
         tally.points += batch.len();
+        tally.failures += batch.len();
         // one point that is refused refuses the batch: then one by one, to count
         let embedded = match lattice.embed(&batch) {
             Ok(embedding) => vec![(embedding, batch)],
             Err(_) => batch.iter().filter_map(|p| Some((lattice.embed(&[*p]).ok()?, vec![*p]))).collect(),
         };
-        tally.failures = tally.points;
         for (embedding, batch) in embedded {
             for (u, p) in embedding.parameters().iter().zip(&batch) {
                 let found = lattice.evaluate(*u);
