@@ -18,6 +18,17 @@ fn ffd_evaluate(c: &mut Criterion) {
     group.bench_function("5x5 bicubic, 1000000 points", |b| {
         b.iter(|| evaluator.evaluate_many(black_box(&parameters), black_box(&mut moved)));
     });
+    // the generic spline, whose basis functions are computed anew for every point, for a ratio in the same run
+    let lattice = points::deformed();
+    let few = POINTS / 10;
+    group.throughput(Throughput::Elements(few as u64));
+    group.bench_function("5x5 bicubic, generic spline, 100000 points", |b| {
+        b.iter(|| {
+            for (u, point) in black_box(&parameters[..few]).iter().zip(black_box(&mut moved)) {
+                *point = lattice.spline().point_at(*u);
+            }
+        });
+    });
     group.finish();
 }
 
