@@ -43,6 +43,8 @@ pub mod section;
 
 pub mod ffd;
 
+pub mod flow;
+
 pub mod design;
 
 pub mod optimize;

@@ -1,9 +1,11 @@
 //! The figures of the command: what is drawn, in the manner of the paper's Figs. 14 and 15.
 
 use crate::design::{DesignProblem, Shape};
+use crate::flow::{InviscidSolution, Solution, StationFlow};
 use crate::optimize::History;
 use crate::report::figures::{
-    ConvergenceFigure, FigureError, SectionCurve, SectionFigure, Stroke, convergence_figure, section_figure,
+    Annotation, ConvergenceFigure, FigureError, LineFigure, SectionCurve, SectionFigure, Series, Stroke,
+    convergence_figure, line_figure, section_figure,
 };
 use crate::section::Section;
 
@@ -72,4 +74,99 @@ fn lattice_lines(problem: &DesignProblem, shape: &Shape) -> Vec<Vec<[f64; 2]>> {
         }
     }
     lines
+}
+
+/// Pressure with and without boundary layer, transition marked.
+pub(super) fn pressure(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
+    let distributions = solution.distributions();
+    let line = |cp: &[f64]| nodes.iter().zip(cp).map(|(n, cp)| [n[0], *cp]).collect::<Vec<_>>();
+    let mark = |k: usize, name: &str| Annotation { x: solution.transition[k], label: format!("transition {name}") };
+    line_figure(&LineFigure {
+        title: title.to_string(),
+        x_label: "x/c".into(),
+        y_label: "Cp".into(),
+        series: vec![
+            series("viscous", line(&distributions.cp), Stroke::SECTION),
+            series("inviscid", line(&distributions.cp_inviscid), Stroke::palette(0).dashed()),
+        ],
+        inverted_y: true,
+        log_y: false,
+        annotations: vec![mark(0, "upper"), mark(1, "lower")],
+    })
+}
+
+/// Pressure without boundary layer.
+pub(super) fn inviscid_pressure(
+    nodes: &[[f64; 2]],
+    solution: &InviscidSolution,
+    title: &str,
+) -> Result<String, FigureError> {
+    let points = nodes.iter().zip(&solution.cp).map(|(n, cp)| [n[0], *cp]).collect();
+    line_figure(&LineFigure {
+        title: title.to_string(),
+        x_label: "x/c".into(),
+        y_label: "Cp".into(),
+        series: vec![series("inviscid", points, Stroke::SECTION)],
+        inverted_y: true,
+        log_y: false,
+        annotations: Vec::new(),
+    })
+}
+
+/// The section with its displacement thickness.
+pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
+    let distributions = solution.distributions();
+    let edge = |side: &[StationFlow], sign: f64| -> Vec<[f64; 2]> {
+        let offset = |k: usize| {
+            let (a, b) = (&side[k.saturating_sub(1)], &side[(k + 1).min(side.len() - 1)]);
+            let (dx, dy) = (b.x - a.x, b.y - a.y);
+            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
+            let thickness = sign * side[k].displacement_thickness / length;
+            [side[k].x - dy * thickness, side[k].y + dx * thickness]
+        };
+        (0..side.len()).map(offset).collect()
+    };
+    let mut outline = nodes.to_vec();
+    outline.extend(nodes.first());
+    let stroke = Stroke::palette(0);
+    section_figure(&SectionFigure {
+        title: title.to_string(),
+        curves: vec![
+            SectionCurve { label: "section".into(), points: outline, stroke: Stroke::SECTION },
+            SectionCurve { label: "displacement, upper".into(), points: edge(&distributions.upper, 1.0), stroke },
+            SectionCurve {
+                label: "displacement, lower".into(),
+                points: edge(&distributions.lower, -1.0),
+                stroke: Stroke::palette(1),
+            },
+        ],
+        lattice: Vec::new(),
+        control_points: Vec::new(),
+    })
+}
+
+/// Lift over drag coefficient.
+pub(super) fn drag_polar(points: &[&Solution], title: &str) -> Result<String, FigureError> {
+    sweep_figure(title, "CD", "CL", points.iter().map(|s| [s.cd, s.cl]).collect())
+}
+
+/// Lift coefficient over the angle of attack.
+pub(super) fn lift_curve(points: &[&Solution], title: &str) -> Result<String, FigureError> {
+    sweep_figure(title, "alpha, degrees", "CL", points.iter().map(|s| [s.alpha.to_degrees(), s.cl]).collect())
+}
+
+fn sweep_figure(title: &str, x: &str, y: &str, points: Vec<[f64; 2]>) -> Result<String, FigureError> {
+    line_figure(&LineFigure {
+        title: title.to_string(),
+        x_label: x.into(),
+        y_label: y.into(),
+        series: vec![Series { dots: true, ..series("section", points, Stroke::SECTION) }],
+        inverted_y: false,
+        log_y: false,
+        annotations: Vec::new(),
+    })
+}
+
+fn series(label: &str, points: Vec<[f64; 2]>, stroke: Stroke) -> Series {
+    Series { label: label.to_string(), points, stroke, dots: false }
 }

@@ -3,12 +3,15 @@
 //! Results go to files and standard output, progress and messages to standard error. Exit status 0: done; 1: the
 //! computation did not succeed, and said why; 2: bad usage or input. May depend on everything else.
 
+mod analyze;
 mod cases;
 mod design_vector;
 mod evaluate;
 mod failure;
 mod figures;
 mod gradients;
+mod operating_point;
+mod polar;
 mod run;
 mod section;
 
@@ -34,6 +37,10 @@ enum Command {
     Gradients(gradients::GradientsArguments),
     /// Build a section and measure it, or export it
     Section(section::SectionArguments),
+    /// Analyse the flow about a section at one operating point
+    Analyze(analyze::AnalyzeArguments),
+    /// Analyse a section over a range of angles of attack
+    Polar(polar::PolarArguments),
     /// List the built-in cases, or print one
     Cases(cases::CasesArguments),
 }
@@ -46,6 +53,8 @@ pub fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Gradients(arguments) => gradients::run(&arguments),
         Command::Section(arguments) => section::run(&arguments),
+        Command::Analyze(arguments) => analyze::run(&arguments),
+        Command::Polar(arguments) => polar::run(&arguments),
         Command::Cases(arguments) => cases::run(&arguments),
     };
     match result {

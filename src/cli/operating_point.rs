@@ -1,0 +1,73 @@
+//! What `analyze` and `polar` have in common: section, panels, condition.
+
+use super::Failure;
+use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
+use crate::section::SectionDefinition;
+
+/// Section and condition on the command line.
+#[derive(Debug, Clone, clap::Args)]
+pub(super) struct PointArguments {
+    /// naca2412, naca0012:sharp, kulfan:upper=0.2,0.2/lower=-0.1,-0.1, or the path of a coordinate file
+    pub shape: String,
+    /// Reynolds number of the chord
+    #[arg(long, default_value_t = 1e6)]
+    pub reynolds: f64,
+    /// Mach number
+    #[arg(long, default_value_t = 0.0)]
+    pub mach: f64,
+    /// Critical amplification factor of free transition
+    #[arg(long, default_value_t = 9.0)]
+    pub ncrit: f64,
+    /// Trip strips, x/c on the upper and lower side (one number serves both)
+    #[arg(long, value_name = "XU[,XL]", value_delimiter = ',', num_args = 1)]
+    pub trip: Option<Vec<f64>>,
+    /// Number of panels
+    #[arg(long, default_value_t = 160)]
+    pub panels: usize,
+}
+
+/// Most panels; the panel equations are dense.
+const MOST_PANELS: usize = 2000;
+
+impl PointArguments {
+    /// The operating point at an angle of attack in degrees, or a lift coefficient.
+    pub fn condition(&self, alpha: Option<f64>, lift: Option<f64>) -> Result<Condition, Failure> {
+        let trips = match self.trip.as_deref() {
+            None => [None, None],
+            Some(&[both]) => [Some(both), Some(both)],
+            Some(&[upper, lower]) => [Some(upper), Some(lower)],
+            Some(_) => return Err(Failure::Input("--trip takes one number or two".into())),
+        };
+        let incidence = match lift {
+            Some(lift) => Incidence::Lift(lift),
+            None => Incidence::Alpha(alpha.unwrap_or(0.0).to_radians()),
+        };
+        let point = Condition::new(incidence, self.reynolds);
+        Ok(Condition { mach: self.mach, n_critical: self.ncrit, trips, ..point })
+    }
+}
+
+/// The nodes and the factorised panels of the section, scaled to unit chord.
+pub(super) fn panelled(arguments: &PointArguments) -> Result<(Vec<[f64; 2]>, PanelledSection), Failure> {
+    let bad = |e: &dyn std::fmt::Display| {
+        let message = e.to_string();
+        let named = message.contains(&arguments.shape);
+        Failure::Input(if named { message } else { format!("{}: {message}", arguments.shape) })
+    };
+    if arguments.panels > MOST_PANELS {
+        return Err(Failure::Input(format!("--panels {}: at most {MOST_PANELS}", arguments.panels)));
+    }
+    let mut definition = SectionDefinition::parse(&arguments.shape).map_err(|e| bad(&e))?;
+    if let SectionDefinition::Coordinates(coordinates) = &definition {
+        for repair in coordinates.repairs() {
+            eprintln!("aeroform: {}: repaired: {repair}", arguments.shape);
+        }
+        // coefficients are on the chord
+        definition = SectionDefinition::Coordinates(coordinates.normalized().map_err(|e| bad(&e))?);
+    }
+    let section = definition.section().map_err(|e| bad(&e))?;
+    let parameters = panel_parameters(&section, arguments.panels + 1);
+    let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
+    let panels = PanelledSection::new(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
+    Ok((nodes, panels))
+}

@@ -1,0 +1,60 @@
+//! Envelope e^N growth rate (Drela & Giles 1987, equations 29 to 32; constants of XFOIL 6.99).
+
+use crate::scalar::Scalar;
+
+/// Half width of the onset of growth, in decades of the momentum-thickness Reynolds number.
+const ONSET: f64 = 0.08;
+
+/// Logarithm (base 10) of the Reynolds number at which growth sets in.
+pub(crate) fn critical_reynolds_log<S: Scalar>(hk: S) -> S {
+    let h = (hk - 1.0).recip();
+    (h.ln() * 0.43).exp() * 2.492 + ((h * 14.0 - 9.24).saturating_tanh() + 1.0) * 0.7
+}
+
+/// Growth of the amplification factor n per length, times the momentum thickness, beyond the onset.
+pub(crate) fn envelope_slope<S: Scalar>(hk: S) -> S {
+    let h = (hk - 1.0).recip();
+    let per_reynolds = (hk - 1.0) * 0.028 - (-(h * 3.87 - 2.52).powi(2)).exp() * 0.0345;
+    let reynolds_growth = ((h * 3.0 - 5.5) * h + 2.7) * h - 0.05;
+    per_reynolds * reynolds_growth
+}
+
+/// Growth rate dn/ds in units of one over the length that `theta` is measured in.
+pub(crate) fn growth_rate<S: Scalar>(hk: S, theta: S, re_theta: S) -> S {
+    let r = re_theta.ln() * std::f64::consts::LOG10_E - critical_reynolds_log(hk);
+    if r.re() <= -ONSET {
+        return S::from(0.0);
+    }
+    let rate = envelope_slope(hk) / theta;
+    if r.re() >= ONSET {
+        return rate;
+    }
+    // quintic ramp: value, slope and curvature are continuous
+    let t = (r + ONSET) / (2.0 * ONSET);
+    rate * t * t * t * ((t * 6.0 - 15.0) * t + 10.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{check_gradient, relation};
+    use super::*;
+
+    #[test]
+    fn the_blasius_layer_becomes_unstable_where_it_should() {
+        // values of the formulas themselves at H = 2.5911
+        assert!((10f64.powf(critical_reynolds_log(2.5911)) / 282.6 - 1.0).abs() < 2e-3);
+        let h: f64 = 1.0 / 1.5911;
+        let per_reynolds = envelope_slope(2.5911) / (-0.05 + 2.7 * h - 5.5 * h * h + 3.0 * h.powi(3));
+        assert!((per_reynolds / 0.01031 - 1.0).abs() < 2e-3, "{per_reynolds}");
+        assert_eq!(growth_rate(2.5911, 1e-3, 200.0), 0.0);
+        assert!((growth_rate(2.5911f64, 1e-3, 400.0) - envelope_slope(2.5911) / 1e-3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn derivatives_are_exact_before_on_and_behind_the_ramp() {
+        for (hk, re) in [(2.5911, 200.0), (2.5911, 270.0), (2.5911, 290.0), (2.5911, 400.0), (3.5, 120.0), (6.0, 90.0)]
+        {
+            check_gradient(&relation!(|h, re| growth_rate(h, S::from(0.7), re)), hk, re);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The operating point and the settings of the solver.
+
+use super::FlowError;
+use serde::{Deserialize, Serialize};
+
+/// What is held: the angle of attack or the lift.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Incidence {
+    /// Angle of attack in radians.
+    Alpha(f64),
+    /// Lift coefficient; the angle of attack is found.
+    Lift(f64),
+}
+
+/// An operating point.
+///
+/// ```
+/// use aeroform::flow::{Condition, Incidence};
+/// let tripped = Condition { trips: [Some(0.05), Some(0.05)], ..Condition::new(Incidence::Alpha(0.07), 5e6) };
+/// assert_eq!((tripped.mach, tripped.n_critical), (0.0, 9.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Condition {
+    /// Angle of attack or lift coefficient.
+    pub incidence: Incidence,
+    /// Mach number of the onset flow, 0 to below 1.
+    pub mach: f64,
+    /// Reynolds number of the chord.
+    pub reynolds: f64,
+    /// Amplification factor at which the laminar layer breaks down (9: a quiet wind tunnel).
+    pub n_critical: f64,
+    /// Trip strips on the upper and lower side, x in chords; transition comes there at the latest.
+    pub trips: [Option<f64>; 2],
+}
+
+impl Condition {
+    /// Incompressible flow with free transition at n = 9.
+    pub fn new(incidence: Incidence, reynolds: f64) -> Self {
+        Self { incidence, mach: 0.0, reynolds, n_critical: 9.0, trips: [None, None] }
+    }
+
+    /// # Errors
+    /// [`FlowError::Condition`] for the first number out of range.
+    pub(crate) fn check(&self) -> Result<(), FlowError> {
+        let check = |name, value: f64, ok: bool, allowed| {
+            if ok { Ok(()) } else { Err(FlowError::Condition { name, value, allowed }) }
+        };
+        let (name, value, limit) = match self.incidence {
+            Incidence::Alpha(alpha) => ("angle of attack (radians)", alpha, 0.7),
+            Incidence::Lift(lift) => ("lift coefficient", lift, 5.0),
+        };
+        check(name, value, value.abs() <= limit, "moderate: at most 0.7 radians, or 5 in lift coefficient")?;
+        check("Mach number", self.mach, (0.0..0.95).contains(&self.mach), "from 0 to 0.95")?;
+        check("Reynolds number", self.reynolds, (1e3..=1e10).contains(&self.reynolds), "from 1e3 to 1e10")?;
+        let n = self.n_critical;
+        check("critical amplification factor", n, (0.1..=30.0).contains(&n), "from 0.1 to 30")?;
+        for trip in self.trips.into_iter().flatten() {
+            check("trip position (chords)", trip, trip > 0.0 && trip <= 1.0, "above 0, at most 1")?;
+        }
+        Ok(())
+    }
+}
+
+/// Resolution and limits of the solver.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// Boundary-layer stations on each side from the stagnation point to transition.
+    pub laminar_stations: usize,
+    /// Boundary-layer stations on each side from transition to the trailing edge.
+    pub turbulent_stations: usize,
+    /// Largest residual of a converged solution.
+    pub tolerance: f64,
+    /// Most Newton iterations of one attempt.
+    pub iterations: usize,
+    /// Whether to come from easier conditions where the direct attempt fails.
+    pub retry: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { laminar_stations: 80, turbulent_stations: 40, tolerance: 1e-10, iterations: 40, retry: true }
+    }
+}
+
+impl Settings {
+    pub(crate) fn check(&self) -> Result<(), FlowError> {
+        for (name, value) in [
+            ("number of laminar stations", self.laminar_stations),
+            ("number of turbulent stations", self.turbulent_stations),
+        ] {
+            if !(8..=1000).contains(&value) {
+                return Err(FlowError::Condition { name, value: value as f64, allowed: "from 8 to 1000" });
+            }
+        }
+        if !(self.tolerance >= 1e-13 && self.tolerance <= 1e-3) {
+            return Err(FlowError::Condition {
+                name: "tolerance",
+                value: self.tolerance,
+                allowed: "from 1e-13 to 1e-3",
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_out_of_range_are_named() {
+        let good = Condition::new(Incidence::Alpha(0.1), 1e6);
+        assert!(good.check().is_ok());
+        let name = |c: Condition| match c.check() {
+            Err(FlowError::Condition { name, .. }) => name,
+            _ => "",
+        };
+        assert_eq!(name(Condition { mach: 1.2, ..good }), "Mach number");
+        assert_eq!(name(Condition { mach: f64::NAN, ..good }), "Mach number");
+        assert_eq!(name(Condition { reynolds: 0.0, ..good }), "Reynolds number");
+        assert_eq!(name(Condition { trips: [None, Some(0.0)], ..good }), "trip position (chords)");
+        assert_eq!(name(Condition { incidence: Incidence::Alpha(2.0), ..good }), "angle of attack (radians)");
+        assert!(Settings { laminar_stations: 2, ..Settings::default() }.check().is_err());
+    }
+}

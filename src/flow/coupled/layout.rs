@@ -1,0 +1,119 @@
+//! Where the stations of the boundary layer stand: at fixed fractions of stagnation → transition → trailing edge.
+
+use super::surface::{IndexSpline, combine, invert};
+use crate::scalar::Scalar;
+
+/// Numbers of stations and their fractions; fixed for a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    /// Fractions of the way to transition; the last is 1.
+    pub laminar: Vec<f64>,
+    /// Fractions of the way from transition to the trailing edge; the last is 1.
+    pub turbulent: Vec<f64>,
+    /// Stations of the wake, which are its nodes.
+    pub wake: usize,
+}
+
+/// Points x in (0, 1] that divide the integral of `density` into `count` equal parts.
+fn graded(count: usize, density: impl Fn(f64) -> f64) -> Vec<f64> {
+    const FINE: usize = 4000;
+    let mut integral = vec![0.0];
+    for i in 0..FINE {
+        integral.push(integral[i] + density((i as f64 + 0.5) / FINE as f64));
+    }
+    let total = integral[FINE];
+    let mut cell = 0;
+    let mut points = Vec::with_capacity(count);
+    for j in 1..count {
+        let target = total * j as f64 / count as f64;
+        while integral[cell + 1] < target {
+            cell += 1;
+        }
+        points.push((cell as f64 + (target - integral[cell]) / (integral[cell + 1] - integral[cell])) / FINE as f64);
+    }
+    points.push(1.0);
+    points
+}
+
+impl Layout {
+    pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
+        Self {
+            laminar: graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.06 - x) + 1.0),
+            turbulent: graded(turbulent, |x| 1.0 / (0.01 + x) + 1.0 / (1.005 - x) + 1.0),
+            wake,
+        }
+    }
+
+    /// Stations on one side.
+    pub fn side(&self) -> usize {
+        self.laminar.len() + self.turbulent.len()
+    }
+
+    /// Arc lengths of the stations of one side from the stagnation point, for a transition point and a side length.
+    pub fn abscissas<S: Scalar>(&self, transition: S, length: S) -> Vec<S> {
+        let laminar = self.laminar.iter().map(|f| transition * *f);
+        let turbulent = self.turbulent.iter().map(|h| transition + (length - transition) * *h);
+        laminar.chain(turbulent).collect()
+    }
+}
+
+/// Node index and arc length: the geometry of the surface coordinate.
+#[derive(Debug, Clone)]
+pub(crate) struct SurfaceMap {
+    pub spline: IndexSpline,
+    /// Coefficients of the arc length over the node index.
+    pub arc: Vec<f64>,
+    /// Total arc length.
+    pub total: f64,
+}
+
+impl SurfaceMap {
+    /// From the arc lengths of the nodes; `None` where they are so uneven that the spline does not rise everywhere.
+    pub fn new(arc_lengths: &[f64]) -> Option<Self> {
+        let n = arc_lengths.len();
+        let spline = IndexSpline::new(n);
+        let arc = spline.coefficients(arc_lengths);
+        // in the two end intervals the spline may start flat (cosine spacing); no station but the last stands there
+        let rises = (8..=8 * (n - 2)).all(|i| combine(&spline.slope_weights(i as f64 / 8.0), &arc) > 0.0);
+        rises.then_some(Self { spline, arc, total: arc_lengths[n - 1] })
+    }
+
+    /// Node index at arc length `s`, with the derivatives `s` carries.
+    pub fn index<S: Scalar>(&self, s: S) -> S {
+        let last = (self.arc.len() - 3) as f64;
+        let t = invert(&self.spline, &self.arc, s.re(), 0.0, last, 1.0);
+        let rate: f64 = combine(&self.spline.slope_weights(t), &self.arc);
+        (s - s.re()) / rate + t
+    }
+
+    /// Arc length per node index at `t`.
+    pub fn rate<S: Scalar>(&self, t: S) -> S {
+        super::surface::combine_real(&self.spline.slope_weights(t), &self.arc)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fractions_rise_to_one() {
+        let layout = Layout::new(30, 20, 5);
+        for f in [&layout.laminar, &layout.turbulent] {
+            assert!(f[0] > 0.0 && f.windows(2).all(|w| w[0] < w[1]));
+            assert_eq!(f[f.len() - 1], 1.0);
+        }
+        let x = layout.abscissas(0.3f64, 1.1);
+        assert_eq!((x.len(), x[29], x[49]), (50, 0.3, 1.1));
+    }
+
+    #[test]
+    fn index_inverts_the_arc_length() {
+        let s: Vec<f64> = (0..50).map(|i| (i as f64 * 0.05).sinh()).collect();
+        let map = SurfaceMap::new(&s).unwrap();
+        assert!((map.index(s[17]) - 17.0).abs() < 1e-11);
+        let mut uneven = s.clone();
+        uneven[20] = uneven[21] - 1e-6;
+        assert!(SurfaceMap::new(&uneven).is_none());
+    }
+}

@@ -1,0 +1,45 @@
+//! Where transition is: the amplification factor reaches its critical value, or the trip (or the trailing edge) comes
+//! first.
+
+use crate::flow::boundary_layer::closure::{larger, smaller};
+use crate::scalar::Scalar;
+
+/// Rounding of the complementarity condition.
+const ROUNDING: f64 = 1e-3;
+/// A free layer turns turbulent at the latest this fraction of the side's length ahead of the trailing edge.
+pub(crate) const TURBULENT_REST: f64 = 5e-4;
+/// A trip acts at the earliest at this fraction of the side's length.
+const EARLIEST: f64 = 4e-3;
+
+/// Residual of the transition point of one side.
+///
+/// "x ≤ limit, n ≤ critical, one of them equal" in smoothed Fischer-Burmeister form. `trip` is the arc length of the
+/// trip from the stagnation point, `length` the length of the side.
+pub(crate) fn residual<S: Scalar>(x: S, length: S, trip: Option<S>, n: S, critical: f64) -> S {
+    let free = length * (1.0 - TURBULENT_REST);
+    let limit = match trip {
+        Some(trip) => {
+            let behind = larger(trip / length, S::from(EARLIEST), 5e-4);
+            length * smaller(behind, S::from(1.0 - TURBULENT_REST), 1e-4)
+        }
+        None => free,
+    };
+    let a = (limit - x) / length;
+    let b = -n / critical + 1.0;
+    a + b - (a * a + b * b + 2.0 * ROUNDING * ROUNDING).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_the_two_conditions_holds() {
+        // free transition half way: n is critical; tripped: x is the trip
+        assert!(residual(0.5f64, 1.0, None, 9.0, 9.0).abs() < 3e-6);
+        assert!(residual(0.05f64, 1.0, Some(0.05), 1.0, 9.0).abs() < 3e-6);
+        assert!(residual(0.5f64, 1.0, None, 8.0, 9.0) > 0.05);
+        assert!(residual(0.5f64, 1.0, None, 10.0, 9.0) < -0.05);
+        assert!(residual(0.07f64, 1.0, Some(0.05), 1.0, 9.0) < -0.01);
+    }
+}

@@ -1,0 +1,55 @@
+//! Viscous flow about a section: panels coupled with integral boundary layers, with exact derivatives.
+//!
+//! [`analyze`] takes the nodes of a section and a [`Condition`] and gives a [`Solution`]: coefficients, transition,
+//! distributions, a [`Status`], and on request the exact [`Gradients`] of the coefficients with respect to every node,
+//! incidence, Mach and Reynolds number. [`PanelledSection`] keeps the factorised panel equations for several points.
+//!
+//! ```
+//! use aeroform::flow::{Condition, Incidence, Settings, TrailingEdge, analyze};
+//!
+//! // NACA 0012 with its blunt edge, 121 nodes from the trailing edge over the upper surface and back
+//! let nodes: Vec<[f64; 2]> = (0..121)
+//!     .map(|i| {
+//!         let x = 0.5 * (1.0 + (std::f64::consts::PI * i as f64 / 60.0).cos());
+//!         let y = 0.6 * (0.2969 * f64::sqrt(x) - x * (0.1260 + x * (0.3516 - x * (0.2843 - x * 0.1015))));
+//!         [x, if i <= 60 { y } else { -y }]
+//!     })
+//!     .collect();
+//! let condition = Condition { trips: [Some(0.05); 2], ..Condition::new(Incidence::Alpha(4f64.to_radians()), 5e6) };
+//! let solution = analyze(&nodes, TrailingEdge::Blunt, &condition, &Settings::default(), None)?;
+//! assert!(solution.is_reliable());
+//! assert!((solution.cl - 0.457).abs() < 0.005 && (solution.cd - 0.0085).abs() < 1e-4);
+//! let gradients = solution.gradients().ok_or("not converged")?;
+//! assert!((gradients.cl.alpha - 6.5).abs() < 0.2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! To the solver a section is a list of points; [`panel_parameters`] chooses them on a [`Section`](crate::section::Section).
+//! Depends on [`section`](crate::section), [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
+
+// sums over several parallel arrays read better with their common index
+#![allow(clippy::needless_range_loop)]
+
+mod analysis;
+pub(crate) mod boundary_layer;
+mod condition;
+pub(crate) mod coupled;
+mod error;
+pub(crate) mod linear;
+mod outputs;
+pub(crate) mod panel;
+mod panelling;
+mod sensitivity;
+mod solution;
+#[cfg(test)]
+pub(crate) mod testcases;
+#[cfg(test)]
+mod tests;
+
+pub use crate::section::TrailingEdge;
+pub use analysis::{InviscidSolution, PanelledSection, analyze};
+pub use condition::{Condition, Incidence, Settings};
+pub use error::FlowError;
+pub use panelling::panel_parameters;
+pub use sensitivity::{Derivatives, Gradients};
+pub use solution::{Attempt, Distributions, Solution, StationFlow, Status};

@@ -1,0 +1,101 @@
+//! The inviscid problem: linear vortices that make the inside of the section a streamline.
+
+use super::kernel::stream_influence;
+use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
+use crate::flow::FlowError;
+use crate::flow::linear::Factors;
+use nalgebra::DMatrix;
+
+/// Factorised panel equations of one section: vortex strengths at the nodes for any onset flow.
+///
+/// Unknowns are the clockwise strengths at the N nodes and the stream function inside; equations are the stream
+/// function at the nodes and the Kutta condition (Drela, XFOIL, 1989, section 2).
+#[derive(Debug, Clone)]
+pub(crate) struct PanelSystem {
+    pub outline: Outline,
+    pub factors: Factors,
+    /// Strengths at zero angle of attack and at 90 degrees.
+    pub unit: DMatrix<f64>,
+    /// Stream function at the nodes per constant source strength of each panel, N × (N − 1).
+    pub source: DMatrix<f64>,
+}
+
+/// The equation that stands for the stream function at the last node: weights of the nodes.
+///
+/// At a sharp trailing edge the first and the last node are one point and give one equation. The other is that the
+/// mean speed of the two sides, q = (γ_k − γ_{N−1−k})/2, reaches the edge on the parabola of its next three nodes.
+/// A thin blunt edge gives two almost equal equations, whose difference says the same less well; so this condition
+/// is used there too, and the solution goes to that of the sharp edge as the gap closes.
+pub(crate) const EXTRAPOLATION: [f64; 4] = [1.0, -3.0, 3.0, -1.0];
+
+impl PanelSystem {
+    pub fn new(outline: Outline) -> Result<Self, FlowError> {
+        let n = outline.len();
+        let mut matrix = DMatrix::zeros(n + 1, n + 1);
+        let mut source = DMatrix::zeros(n, n - 1);
+        for i in 0..n {
+            for j in 0..n - 1 {
+                let influence = stream_influence(outline.panel(j), outline.nodes[i], outline.place(i, j));
+                matrix[(i, j)] += influence.vortex[0];
+                matrix[(i, j + 1)] += influence.vortex[1];
+                source[(i, j)] = influence.source;
+            }
+            matrix[(i, n)] = -1.0;
+        }
+        if outline.trailing_edge == TrailingEdge::Blunt {
+            for i in 0..n {
+                let closing = closing_influence(&outline, i);
+                matrix[(i, 0)] += 0.5 * closing;
+                matrix[(i, n - 1)] -= 0.5 * closing;
+            }
+        }
+        share_edge_rows(&mut matrix, n);
+        replace_last_row(&mut matrix, n);
+        let factors = Factors::new(&matrix).ok_or(FlowError::SingularPanels)?;
+        let mut unit = DMatrix::zeros(n + 1, 2);
+        for (i, node) in outline.nodes.iter().enumerate() {
+            unit[(i, 0)] = -node[1];
+            unit[(i, 1)] = node[0];
+        }
+        share_edge_rows(&mut unit, n);
+        unit.row_mut(n - 1).fill(0.0);
+        factors.solve(&mut unit);
+        Ok(Self { outline, factors, unit, source })
+    }
+
+    /// Vortex strengths at the nodes, equal to the speed along the surface (positive clockwise, in units of the
+    /// onset speed), at angle of attack `alpha` in radians.
+    pub fn strengths(&self, alpha: f64) -> Vec<f64> {
+        let (sin, cos) = alpha.sin_cos();
+        (0..self.outline.len()).map(|i| self.unit[(i, 0)] * cos + self.unit[(i, 1)] * sin).collect()
+    }
+}
+
+/// Stream function at node `i` of the closing panel, per unit speed at the trailing edge.
+pub(crate) fn closing_influence(outline: &Outline, i: usize) -> f64 {
+    let n = outline.len();
+    let nodes = &outline.nodes;
+    let frame = TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
+    let panel = outline.panel(n - 1);
+    let influence = stream_influence(panel, nodes[i], outline.place(i, n - 1));
+    let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);
+    ((influence.vortex[0] + influence.vortex[1]) * frame.vortex + influence.source * frame.source) / length
+}
+
+/// Makes the first row the mean of the equations of the first and the last node, so that neither side is preferred.
+pub(crate) fn share_edge_rows(rows: &mut DMatrix<f64>, n: usize) {
+    for j in 0..rows.ncols() {
+        rows[(0, j)] = 0.5 * (rows[(0, j)] + rows[(n - 1, j)]);
+    }
+}
+
+/// Puts the trailing-edge condition in row N − 1 and the Kutta condition in row N.
+fn replace_last_row(matrix: &mut DMatrix<f64>, n: usize) {
+    matrix.row_mut(n - 1).fill(0.0);
+    for (k, weight) in EXTRAPOLATION.iter().enumerate() {
+        matrix[(n - 1, k)] += weight;
+        matrix[(n - 1, n - 1 - k)] -= weight;
+    }
+    matrix[(n, 0)] = 1.0;
+    matrix[(n, n - 1)] = 1.0;
+}

@@ -1,0 +1,108 @@
+//! Where the panel nodes of a section sit.
+
+use crate::section::Section;
+
+/// Samples of a section between which the node density is integrated.
+const SAMPLES: usize = 2001;
+/// Arc length over which curvature is averaged, in perimeters: measured sections have ragged curvature.
+const SMOOTHING: f64 = 0.01;
+
+/// Curve parameters of `nodes` panel nodes, from the trailing edge over the upper surface and back.
+///
+/// Equal steps of the integral of a density over arc length that grows with the square root of the smoothed curvature
+/// and towards the trailing edge. Choose them once, from the undeformed section, and keep them while it deforms: nodes at
+/// fixed parameters move smoothly with the shape.
+///
+/// ```
+/// use aeroform::flow::panel_parameters;
+/// use aeroform::section::SectionDefinition;
+/// let section = SectionDefinition::parse("naca0012").unwrap().section().unwrap();
+/// let parameters = panel_parameters(&section, 161);
+/// let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
+/// assert_eq!(nodes[0], section.trailing_edge_points()[0]);
+/// assert!(nodes[80][0] < 1e-3); // the nose
+/// ```
+pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
+    let curve = section.curve();
+    let parameters = section.parameters(SAMPLES);
+    let mut arc = vec![0.0];
+    for ends in parameters.windows(2) {
+        let (a, b) = (curve.point_at(ends[0]), curve.point_at(ends[1]));
+        arc.push(arc[arc.len() - 1] + (b[0] - a[0]).hypot(b[1] - a[1]));
+    }
+    let total = arc[arc.len() - 1];
+    let curvature = smoothed_curvature(section, &parameters, &arc);
+    let density = |k: usize| {
+        let edge = arc[k].min(total - arc[k]);
+        let bend = (curvature[k] * total / 2.0).sqrt();
+        1.0 + 0.35 * bend / (1.0 + bend / 30.0) + 6.0 * (-edge / (0.02 * total)).exp()
+    };
+    let mut sum = vec![0.0];
+    for k in 1..SAMPLES {
+        sum.push(sum[k - 1] + 0.5 * (density(k) + density(k - 1)) * (arc[k] - arc[k - 1]));
+    }
+    let whole = sum[SAMPLES - 1];
+    let last = nodes.saturating_sub(1).max(1);
+    (0..nodes)
+        .map(|i| {
+            if i == last {
+                return parameters[SAMPLES - 1];
+            }
+            let wanted = whole * i as f64 / last as f64;
+            let k = sum.partition_point(|s| *s <= wanted).clamp(1, SAMPLES - 1);
+            let t = (wanted - sum[k - 1]) / (sum[k] - sum[k - 1]);
+            parameters[k - 1] + t * (parameters[k] - parameters[k - 1])
+        })
+        .collect()
+}
+
+/// Magnitude of the curvature (one over length), averaged over neighbouring samples.
+fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -> Vec<f64> {
+    let curvature: Vec<f64> = parameters
+        .iter()
+        .map(|&u| {
+            let rows = section.curve().derivatives(u, 2);
+            let ([dx, dy], [ddx, ddy]) = (rows[1], rows[2]);
+            let speed = dx.hypot(dy).max(1e-9);
+            ((dx * ddy - dy * ddx) / speed.powi(3)).abs()
+        })
+        .collect();
+    let reach = SMOOTHING * arc[arc.len() - 1];
+    let (mut low, mut high) = (0, 0);
+    (0..arc.len())
+        .map(|k| {
+            while arc[k] - arc[low] > reach {
+                low += 1;
+            }
+            while high + 1 < arc.len() && arc[high + 1] - arc[k] <= reach {
+                high += 1;
+            }
+            let weights = |j: usize| 1.0 - (arc[j] - arc[k]).abs() / reach;
+            let norm: f64 = (low..=high).map(weights).sum();
+            (low..=high).map(|j| weights(j) * curvature[j]).sum::<f64>() / norm
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::SectionDefinition;
+
+    #[test]
+    fn nodes_are_ordered_even_and_dense_at_the_nose() {
+        for name in ["naca0012", "naca0006:sharp", "naca4412", "naca23012"] {
+            let section = SectionDefinition::parse(name).unwrap().section().unwrap();
+            let parameters = panel_parameters(&section, 161);
+            assert!(parameters.windows(2).all(|w| w[0] < w[1]));
+            let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
+            let lengths: Vec<f64> = nodes.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).collect();
+            assert!(lengths.windows(2).all(|w| (w[0] / w[1]).ln().abs() < 0.6), "{name}");
+            let foremost = (0..161).fold(0, |best, k| if nodes[k][0] < nodes[best][0] { k } else { best });
+            let nose = lengths[foremost - 1];
+            let longest = lengths.iter().fold(0.0, |m: f64, l| m.max(*l));
+            assert!((60..100).contains(&foremost) && nose < 0.4 * longest, "{name}: {foremost} {nose} {longest}");
+            assert!(lengths[0] < 0.005 && lengths[159] < 0.005, "{name}: {} {}", lengths[0], lengths[159]);
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Reverse sweep through the surface coordinate: positions of the stations, splines, projection, sub-panel speeds,
+//! trips; down to the lengths of the panels.
+
+use super::{Collected, Each, OUTPUTS, Reverse, Solved};
+use crate::flow::coupled::duals::{Dual2, Dual4, Dual8, gradient};
+use crate::flow::coupled::projection;
+use crate::flow::coupled::speeds::TOTAL;
+use crate::flow::coupled::subpanel;
+use crate::flow::coupled::surface::{combine, combine_real};
+use crate::flow::coupled::system::{BY_TRIP, signed};
+use crate::flow::coupled::unknowns::Side;
+
+/// Sensitivities to the node index of every point, and to the arc-length rate there.
+struct AtPoints {
+    index: Each<Vec<f64>>,
+    rate: Each<Vec<f64>>,
+}
+
+pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
+    let section = reverse.section;
+    let t: Vec<f64> = reverse.at.positions.index.iter().map(|t| t.re).collect();
+    let rates: Vec<f64> = t.iter().map(|&t| section.map.rate(t)).collect();
+    let points = at_points(reverse, &t, &rates);
+    let spline = &section.map.spline;
+    for output in 0..OUTPUTS {
+        let mut by_arc = vec![0.0; section.len() + 2];
+        let mut by_x = vec![0.0; section.len() + 2];
+        let mut total = chain_total(reverse, output);
+        for p in 1..t.len() - 1 {
+            let rate = points.rate[output][p];
+            // the rate depends on the index too
+            let turning = gradient(&section.map.rate(Dual2::from_re(t[p]).derivative(0)))[0];
+            let index = points.index[output][p] + rate * turning;
+            total += index * gradient(&reverse.at.positions.index[p])[TOTAL];
+            // at a given arc length the index falls where the arc length at the index grows
+            let (first, w) = spline.weights(t[p]);
+            let (_, slopes) = spline.slope_weights(t[p]);
+            for q in 0..4 {
+                by_arc[first + q] += rate * slopes[q] - index / rates[p] * w[q];
+            }
+        }
+        for side in Side::BOTH {
+            add_trip(solved, reverse, output, side, &mut by_arc, &mut by_x);
+        }
+        let mut by_length = spline.coefficients_transposed(&by_arc);
+        let last = by_length.len() - 1;
+        by_length[last] += total;
+        for (node, x) in collected.nodes[output].iter_mut().zip(spline.coefficients_transposed(&by_x)) {
+            node[0] += x;
+        }
+        add_lengths(reverse, &by_length, &mut collected.nodes[output]);
+    }
+}
+
+/// Direct effect of the total arc length on the abscissas of the stations and on transition.
+fn chain_total(reverse: &Reverse, output: usize) -> f64 {
+    let multipliers = &reverse.multipliers[output];
+    let mut total = 0.0;
+    for (block, m) in reverse.at.blocks.iter().zip(&multipliers.chain) {
+        for (g, m) in block.globals.iter().zip(m) {
+            total -= m * g[TOTAL];
+        }
+    }
+    for side in Side::BOTH {
+        let g = gradient(&reverse.at.transition[side.index()]);
+        total -= multipliers.transition[side.index()] * g[TOTAL];
+    }
+    total
+}
+
+/// A trip at a given x moves along the arc with the shape.
+fn add_trip(solved: &Solved, reverse: &Reverse, output: usize, side: Side, by_arc: &mut [f64], by_x: &mut [f64]) {
+    let Some(arc) = solved.system.trips[side.index()] else { return };
+    let section = reverse.section;
+    let g = gradient(&reverse.at.transition[side.index()]);
+    let weight = -reverse.multipliers[output].transition[side.index()] * g[BY_TRIP];
+    let t = section.map.index(arc);
+    let spline = &section.map.spline;
+    let x: Vec<f64> = section.panels.outline.nodes.iter().map(|p| p[0]).collect();
+    let slope: f64 = combine(&spline.slope_weights(t), &spline.coefficients(&x));
+    let rate: f64 = section.map.rate(t);
+    let (first, w) = spline.weights(t);
+    for q in 0..4 {
+        by_arc[first + q] += weight * w[q];
+        by_x[first + q] -= weight * rate / slope * w[q];
+    }
+}
+
+fn add_lengths(reverse: &Reverse, by_arc_length: &[f64], nodes: &mut [[f64; 2]]) {
+    let outline = &reverse.section.panels.outline;
+    let mut sum = 0.0;
+    for j in (0..outline.len() - 1).rev() {
+        // a longer panel moves all nodes behind it
+        sum += by_arc_length[j + 1];
+        let [a, b] = outline.panel(j);
+        let unit = |v: f64, k: usize| Dual4::from_re(v).derivative(k);
+        let (dx, dy) = (unit(b[0], 2) - unit(a[0], 0), unit(b[1], 3) - unit(a[1], 1));
+        let g = gradient(&num_dual::DualNum::sqrt(&(dx * dx + dy * dy)));
+        for c in 0..2 {
+            nodes[j][c] += sum * g[c];
+            nodes[j + 1][c] += sum * g[2 + c];
+        }
+    }
+}
+
+fn at_points(reverse: &Reverse, t: &[f64], rates: &[f64]) -> AtPoints {
+    let empty = || std::array::from_fn(|_| vec![0.0; t.len()]);
+    let mut result = AtPoints { index: empty(), rate: empty() };
+    let (mass, _) = signed(&reverse.at.mass, &reverse.at.numbering);
+    add_splines(reverse, t, rates, &mut result);
+    add_local(reverse, t, rates, &mass, &mut result);
+    add_projection(reverse, t, &mass, &mut result);
+    result
+}
+
+/// Interpolated strength less the wall response at panel resolution.
+fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoints) {
+    let fields = &reverse.at.speeds.fields;
+    let strength: Vec<f64> = fields.strength.iter().map(|c| c.re).collect();
+    let wall: Vec<f64> = fields.wall.iter().map(|c| c.re).collect();
+    let last = t[t.len() - 1];
+    for p in 1..t.len() - 1 {
+        let weights = reverse.section.map.spline.weights(Dual2::from_re(t[p]).derivative(0));
+        let rate = Dual2::from_re(rates[p]).derivative(1);
+        let share = subpanel::share(Dual2::from_re(t[p]).derivative(0), last);
+        let value: Dual2 = combine_real(&weights, &strength) - combine_real::<Dual2>(&weights, &wall) * share / rate;
+        let g = gradient(&value);
+        for output in 0..OUTPUTS {
+            let weight = reverse.point_weights[output][p];
+            result.index[output][p] += weight * g[0];
+            result.rate[output][p] += weight * g[1];
+        }
+    }
+}
+
+/// Sub-panel speeds: every interval that acts on every point.
+fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
+    let unit = |p: usize, k: usize| Dual8::from_re(t[p]).derivative(k);
+    let last = t[t.len() - 1];
+    for p in 1..t.len() - 1 {
+        let at = unit(p, 0);
+        let rate = Dual8::from_re(rates[p]).derivative(5);
+        for k in subpanel::reach(t, p) {
+            let (a, b) = (unit(k, 2), unit(k + 1, 3));
+            let before = (k > 0).then(|| unit(k - 1, 1));
+            let behind = (k + 2 < t.len()).then(|| unit(k + 2, 4));
+            let influence = subpanel::influence(at, before, [a, b], behind) * subpanel::share(at, last);
+            let speed = influence / rate / (b - a) * (mass[k + 1] - mass[k]);
+            let g = gradient(&speed);
+            for output in 0..OUTPUTS {
+                let weight = reverse.point_weights[output][p];
+                let index = &mut result.index[output];
+                index[p] += weight * g[0];
+                // points k − 1 … k + 2, where they exist
+                for slot in 0..4 {
+                    if let Some(sum) = (k + slot).checked_sub(1).and_then(|q| index.get_mut(q)) {
+                        *sum += weight * g[1 + slot];
+                    }
+                }
+                result.rate[output][p] += weight * g[5];
+            }
+        }
+    }
+}
+
+/// Projection of the defects to the nodes.
+fn add_projection(reverse: &Reverse, t: &[f64], mass: &[f64], result: &mut AtPoints) {
+    let nodes = reverse.section.len();
+    for p in 0..t.len() {
+        let from = p.saturating_sub(1);
+        let to = (p + 1).min(t.len() - 1);
+        let window: Vec<Dual4> = (from..=to).map(|q| Dual4::from_re(t[q]).derivative(q - from)).collect();
+        projection::overlaps(&window, p - from, nodes, |i, weight| {
+            let g = gradient(&weight);
+            for output in 0..OUTPUTS {
+                let factor = reverse.node_mass[output][i] * mass[p];
+                for q in from..=to {
+                    result.index[output][q] += factor * g[q - from];
+                }
+            }
+        });
+    }
+}

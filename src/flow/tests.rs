@@ -1,0 +1,219 @@
+//! The whole solver: reference values, derivatives, smoothness, limits.
+
+use super::testcases::naca_symmetric;
+use super::*;
+use crate::differentiate::{StepRange, finite_difference};
+use std::convert::Infallible;
+
+const TIGHT: Settings =
+    Settings { laminar_stations: 40, turbulent_stations: 40, tolerance: 1e-11, iterations: 40, retry: true };
+
+fn blunt() -> Vec<[f64; 2]> {
+    naca_symmetric(0.12, 0.00252, 161)
+}
+
+fn at(degrees: f64) -> Condition {
+    Condition::new(Incidence::Alpha(degrees.to_radians()), 5e6)
+}
+
+/// XFOIL 6.99, 160 panels, NACA 0012 blunt, Re 5e6, n 9: incidence, Mach number, trip, cl, cd, cm, transition.
+type Row = (f64, f64, Option<f64>, [f64; 5]);
+const XFOIL: [Row; 6] = [
+    (0.0, 0.0, None, [0.0, 0.0050757, 0.0, 0.437143, 0.437143]),
+    (4.0, 0.0, None, [0.447659, 0.0059898, 0.000177, 0.113256, 0.792097]),
+    (6.0, 0.0, None, [0.666807, 0.0069404, 0.001400, 0.0460, 0.9279]),
+    (4.0, 0.0, Some(0.05), [0.456937, 0.0084944, -0.001099, 0.05, 0.05]),
+    (8.0, 0.0, Some(0.05), [0.901482, 0.0101919, -0.0006, 0.0241, 0.05]),
+    (4.0, 0.2, None, [0.4587699, 0.0060760, 0.0006183, 0.108, 0.788]),
+];
+
+#[test]
+fn agrees_with_xfoil() {
+    let section = PanelledSection::new(&blunt(), TrailingEdge::Blunt).unwrap();
+    for (degrees, mach, trip, [cl, cd, cm, upper, lower]) in XFOIL {
+        let condition = Condition { mach, trips: [trip; 2], ..at(degrees) };
+        let s = section.analyze(&condition, &Settings::default(), None).unwrap();
+        assert_eq!(s.status, Status::Converged, "{degrees} {mach} {trip:?}");
+        assert!((s.cl - cl).abs() <= 0.005 + 0.007 * cl, "cl {} for {cl}", s.cl);
+        assert!((s.cd / cd - 1.0).abs() < 0.02, "cd {} for {cd}", s.cd);
+        assert!((s.cm - cm).abs() < 0.001, "cm {} for {cm}", s.cm);
+        for (own, theirs) in s.transition.iter().zip([upper, lower]) {
+            assert!((own - theirs).abs() < 0.005, "transition {own} for {theirs}");
+        }
+        assert!((s.cd_friction + s.cd_pressure - s.cd).abs() < 1e-15);
+    }
+}
+
+/// All four coefficients.
+fn coefficients(s: &Solution) -> [f64; 4] {
+    [s.cl, s.cd, s.cm, s.cp_min]
+}
+
+/// Compares the adjoint with extrapolated differences along one path of inputs, for all coefficients.
+fn check(name: &str, exact: [f64; 4], step: f64, tolerance: f64, at: impl Fn(f64) -> Solution) {
+    for k in 0..4 {
+        let f = |x: f64| Ok::<_, Infallible>(coefficients(&at(x))[k]);
+        let estimate = finite_difference(f, 0.0, StepRange { first: step, levels: 4 }).unwrap();
+        let scale = exact[k].abs();
+        assert!(
+            (estimate.value - exact[k]).abs() <= tolerance * scale + 3.0 * estimate.error,
+            "{name}, coefficient {k}: exact {} against {estimate:?}",
+            exact[k]
+        );
+        assert!(estimate.error < 1e-4 * scale + 1e-9, "{name}, coefficient {k}: {estimate:?} says nothing");
+    }
+}
+
+fn check_gradients(nodes: &[[f64; 2]], kind: TrailingEdge, condition: Condition, tolerance: f64) {
+    let solution = analyze(nodes, kind, &condition, &TIGHT, None).unwrap();
+    let gradients = solution.gradients().unwrap();
+    let all = [&gradients.cl, &gradients.cd, &gradients.cm, &gradients.cp_min];
+    let run = |c: Condition| analyze(nodes, kind, &c, &TIGHT, Some(&solution)).unwrap();
+    let Incidence::Alpha(alpha) = condition.incidence else { panic!("fixed incidence") };
+    check("alpha", all.map(|d| d.alpha), 2e-4, tolerance, |x| {
+        run(Condition { incidence: Incidence::Alpha(alpha + x), ..condition })
+    });
+    check("mach", all.map(|d| d.mach), 1e-3, tolerance, |x| run(Condition { mach: condition.mach + x, ..condition }));
+    check("ln reynolds", all.map(|d| d.reynolds * condition.reynolds), 1e-2, tolerance, |x| {
+        run(Condition { reynolds: condition.reynolds * (1.0 + x), ..condition })
+    });
+    // a bump that leaves the edge closed, and one that moves nose and edge
+    let n = nodes.len() as f64 - 1.0;
+    let shapes: [&dyn Fn(f64) -> [f64; 2]; 2] =
+        [&|t| [0.0, (std::f64::consts::PI * t).sin() * (5.0 * t).sin()], &|t| {
+            [0.1 * (std::f64::consts::TAU * t).cos(), 0.05 + (std::f64::consts::TAU * t).cos()]
+        }];
+    for (k, shape) in shapes.iter().enumerate() {
+        let direction: Vec<[f64; 2]> = (0..nodes.len()).map(|i| shape(i as f64 / n)).collect();
+        let exact = all.map(|d| d.nodes.iter().zip(&direction).map(|(g, d)| g[0] * d[0] + g[1] * d[1]).sum::<f64>());
+        check(&format!("shape {k}"), exact, 2e-5, tolerance, |x| {
+            let mut moved: Vec<[f64; 2]> =
+                nodes.iter().zip(&direction).map(|(p, d)| [p[0] + x * d[0], p[1] + x * d[1]]).collect();
+            if kind == TrailingEdge::Sharp {
+                moved[nodes.len() - 1] = moved[0];
+            }
+            analyze(&moved, kind, &condition, &TIGHT, Some(&solution)).unwrap()
+        });
+    }
+}
+
+#[test]
+fn gradients_are_exact_with_trips() {
+    check_gradients(
+        &blunt(),
+        TrailingEdge::Blunt,
+        Condition { mach: 0.2, trips: [Some(0.05), Some(0.1)], ..at(3.0) },
+        1e-6,
+    );
+}
+
+#[test]
+fn gradients_are_exact_with_free_transition() {
+    check_gradients(&blunt(), TrailingEdge::Blunt, Condition { mach: 0.3, ..at(4.0) }, 1e-5);
+}
+
+#[test]
+fn gradients_are_exact_at_a_sharp_edge() {
+    let nodes = naca_symmetric(0.12, 0.0, 161);
+    check_gradients(&nodes, TrailingEdge::Sharp, Condition { mach: 0.2, ..at(2.0) }, 1e-5);
+}
+
+#[test]
+fn fixed_lift_finds_its_incidence() {
+    let section = PanelledSection::new(&blunt(), TrailingEdge::Blunt).unwrap();
+    let condition = Condition { incidence: Incidence::Lift(0.4), ..at(0.0) };
+    let s = section.analyze(&condition, &TIGHT, None).unwrap();
+    assert!(s.is_reliable() && (s.cl - 0.4).abs() < 1e-9, "{} {:?}", s.cl, s.status);
+    let held = s.gradients().unwrap().at_fixed_lift();
+    assert!(held.cl.nodes.iter().flatten().all(|g| g.abs() < 1e-9));
+    // drag at fixed lift against a second solution at another Reynolds number
+    let h = 1e3;
+    let at = |x: f64| section.analyze(&Condition { reynolds: 5e6 + x, ..condition }, &TIGHT, Some(&s)).unwrap().cd;
+    let difference = (at(h) - at(-h)) / (2.0 * h);
+    assert!((difference / held.cd.reynolds - 1.0).abs() < 1e-4, "{difference} {}", held.cd.reynolds);
+}
+
+#[test]
+fn warm_and_cold_starts_agree() {
+    let section = PanelledSection::new(&blunt(), TrailingEdge::Blunt).unwrap();
+    let cold = section.analyze(&at(3.0), &TIGHT, None).unwrap();
+    let other = section.analyze(&at(2.0), &TIGHT, None).unwrap();
+    let warm = section.analyze(&at(3.0), &TIGHT, Some(&other)).unwrap();
+    for (a, b) in coefficients(&cold).iter().zip(coefficients(&warm)) {
+        assert!((a - b).abs() < 1e-10, "{a} {b}");
+    }
+}
+
+/// Root mean square of what is left of `values` over −1 … 1 after the best polynomial, by orthogonalisation.
+fn scatter(values: &[f64], degree: usize) -> f64 {
+    let n = values.len();
+    let x: Vec<f64> = (0..n).map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0).collect();
+    let mut rest = values.to_vec();
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for power in 0..=degree {
+        let mut v: Vec<f64> = x.iter().map(|x| x.powi(power as i32)).collect();
+        for _ in 0..2 {
+            for b in &basis {
+                let dot: f64 = v.iter().zip(b).map(|(v, b)| v * b).sum();
+                v.iter_mut().zip(b).for_each(|(v, b)| *v -= dot * b);
+            }
+        }
+        let norm = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        v.iter_mut().for_each(|v| *v /= norm);
+        let dot: f64 = rest.iter().zip(&v).map(|(r, v)| r * v).sum();
+        rest.iter_mut().zip(&v).for_each(|(r, v)| *r -= dot * v);
+        basis.push(v);
+    }
+    (rest.iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt()
+}
+
+#[test]
+fn tripped_drag_is_a_smooth_function_of_the_shape() {
+    let base = blunt();
+    let bump = |p: &[f64; 2]| (std::f64::consts::PI * p[0].powf(0.5757)).sin().powi(3);
+    let condition = Condition { reynolds: 1e6, trips: [Some(0.05); 2], ..at(2.0) };
+    let mut last: Option<Solution> = None;
+    let drag: Vec<f64> = (-10..=10)
+        .map(|i| {
+            let height = 2e-4 * f64::from(i);
+            let moved = |(k, p): (usize, &[f64; 2])| if k < 80 { [p[0], p[1] + height * bump(p)] } else { *p };
+            let nodes: Vec<[f64; 2]> = base.iter().enumerate().map(moved).collect();
+            let s = analyze(&nodes, TrailingEdge::Blunt, &condition, &TIGHT, last.as_ref()).unwrap();
+            let cd = s.cd;
+            last = Some(s);
+            cd
+        })
+        .collect();
+    let rms = scatter(&drag, 5);
+    assert!(rms < 1e-9, "{rms}");
+}
+
+#[test]
+fn what_is_beyond_the_model_says_so() {
+    // thick section at high speed: supersonic at the edge
+    let thick = naca_symmetric(0.24, 0.005, 161);
+    let condition = Condition { mach: 0.7, trips: [Some(0.1); 2], ..at(0.0) };
+    let s = analyze(&thick, TrailingEdge::Blunt, &condition, &Settings::default(), None).unwrap();
+    assert!(!s.is_reliable(), "{:?}", s.status);
+    // one iteration is not enough
+    let hasty = Settings { iterations: 1, retry: false, ..Settings::default() };
+    let s = analyze(&blunt(), TrailingEdge::Blunt, &at(4.0), &hasty, None).unwrap();
+    assert!(matches!(s.status, Status::NotConverged { residual } if residual > 1e-6));
+    assert!(s.gradients().is_none());
+}
+
+#[test]
+fn distributions_belong_together() {
+    let s = analyze(&blunt(), TrailingEdge::Blunt, &at(2.0), &Settings::default(), None).unwrap();
+    let d = s.distributions();
+    assert_eq!((d.cp.len(), d.cp_inviscid.len()), (161, 161));
+    assert!(d.cp.iter().all(|&cp| cp >= s.cp_min - 1e-12));
+    for side in [&d.upper, &d.lower] {
+        assert!(side.windows(2).all(|w| w[0].s < w[1].s && w[0].momentum_thickness > 0.0));
+        let last = side[side.len() - 1];
+        assert!((last.x - 1.0).abs() < 1e-9);
+        let end = side.iter().rev().find(|s| s.amplification > 0.0).unwrap();
+        assert!((end.amplification - 9.0).abs() < 1e-2, "{end:?}");
+    }
+    assert!(d.wake[d.wake.len() - 1].shape_parameter < 1.2);
+}
