@@ -44,7 +44,13 @@ impl SectionResponse {
                 rows[(i, j)] -= influence;
             }
         }
-        close_rows(&mut rows, n);
+        share_edge_rows(&mut rows, n);
+        rows.row_mut(n - 1).fill(0.0);
+        for (j, influence) in panels.edge.by_source.iter().enumerate() {
+            let influence = influence / (arc[j + 1] - arc[j]);
+            rows[(n - 1, j + 1)] += influence;
+            rows[(n - 1, j)] -= influence;
+        }
         panels.factors.solve(&mut rows);
         let nodes = rows.rows(0, n).into_owned();
         let spline = spline_rows(&map, &smooth_columns(&nodes));
@@ -239,12 +245,6 @@ pub(crate) fn wake_strength_matrix(distances: &[f64]) -> DMatrix<f64> {
     matrix
 }
 
-/// Right-hand sides in the form of the panel equations: shared first row, nothing in the row of the edge condition.
-fn close_rows(rows: &mut DMatrix<f64>, n: usize) {
-    share_edge_rows(rows, n);
-    rows.row_mut(n - 1).fill(0.0);
-}
-
 fn nodes_by_wake(section: &SectionResponse, wake_nodes: &[[f64; 2]], strengths: &DMatrix<f64>) -> DMatrix<f64> {
     let outline = &section.panels.outline;
     let n = outline.len();
@@ -258,7 +258,11 @@ fn nodes_by_wake(section: &SectionResponse, wake_nodes: &[[f64; 2]], strengths: 
             stream[(i, h + 1)] -= b;
         }
     }
-    close_rows(&mut stream, n);
+    share_edge_rows(&mut stream, n);
+    stream.row_mut(n - 1).fill(0.0);
+    for (h, influence) in section.panels.edge.by_wake(&points).into_iter().enumerate() {
+        stream[(n - 1, h)] = -influence;
+    }
     let mut response = product(&stream, strengths);
     section.panels.factors.solve(&mut response);
     response.rows(0, n).into_owned()

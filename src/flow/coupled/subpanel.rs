@@ -9,6 +9,8 @@ use std::f64::consts::PI;
 
 /// Range of the interaction, in panels.
 pub(crate) const REACH: f64 = 10.0;
+/// Rounding of the logarithm at the ends of the surface, in panels.
+const END_ROUNDING: f64 = 0.5;
 
 /// ln|x|.
 fn log_of<S: Scalar>(x: S) -> S {
@@ -20,10 +22,13 @@ fn second_integral<S: Scalar>(x: S) -> S {
     x * log_of(x)
 }
 
-/// What the difference quotient becomes at the two ends of the surface: the defect goes on with the same slope as
-/// far as the interaction reaches. (In truth it goes on in the wake; ending it would leave a logarithm.)
-fn at_end() -> f64 {
-    REACH.ln() + 1.0
+/// What the difference quotient becomes at an end of the surface, `distance` away: the outflow ends there, and the
+/// logarithm that leaves is rounded over half a panel.
+///
+/// (In truth the outflow goes on in the wake, for panels and stations alike; only their difference matters. Letting
+/// each go on with its own last slope would spread what the last, tiny interval does over all stations in reach.)
+fn at_end<S: Scalar>(distance: S) -> S {
+    (distance * distance + END_ROUNDING * END_ROUNDING).ln() * 0.5 + 1.0
 }
 
 /// Share of the correction near the ends of the surface, `last` the index of the last node: none at the trailing edge
@@ -61,7 +66,7 @@ pub(crate) fn influences<S: Scalar>(t: &[S], p: usize, mut visit: impl FnMut(usi
     let mut x = distance(from);
     let mut here = second_integral(x);
     let mut below = if from == 0 {
-        S::from(at_end())
+        at_end(t[0] - t[p])
     } else {
         let before = distance(from - 1);
         (here - second_integral(before)) / (x - before)
@@ -70,7 +75,7 @@ pub(crate) fn influences<S: Scalar>(t: &[S], p: usize, mut visit: impl FnMut(usi
         let (above, next_x, next);
         if k == last {
             (next_x, next) = (x, here);
-            above = S::from(at_end());
+            above = at_end(t[k + 1] - t[p]);
         } else {
             next_x = distance(k + 1);
             next = second_integral(next_x);
@@ -91,7 +96,8 @@ pub(crate) fn influence<S: Scalar>(at: S, before: Option<S>, interval: [S; 2], b
             let y = middle(outer, near) - at;
             (second_integral(x) - second_integral(y)) / (x - y)
         }
-        None => S::from(at_end()),
+        // `near` is the end of the surface
+        None => at_end(near - at),
     };
     (quotient(before, a) - quotient(behind, b)) * window(x)
 }

@@ -7,22 +7,30 @@ use crate::flow::panel::kernel::{stream_influence, wake_source_stream};
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
 use nalgebra::{DMatrix, DVector};
 
-/// Weights of the stream function at the nodes: multipliers of the panel equations, negative.
-pub(super) fn stream_weights(reverse: &Reverse) -> Each<Vec<f64>> {
+/// Multipliers of the panel equations, negative.
+pub(super) struct PanelWeights {
+    /// Of the stream function at the nodes.
+    pub stream: Each<Vec<f64>>,
+    /// Of the mean velocity through the cut at the trailing edge.
+    pub edge: [f64; OUTPUTS],
+}
+
+pub(super) fn panel_weights(reverse: &Reverse) -> PanelWeights {
     let n = reverse.section.len();
     let mut columns = DMatrix::zeros(n + 1, OUTPUTS);
     for output in 0..OUTPUTS {
         columns.column_mut(output).rows_mut(0, n).copy_from_slice(&reverse.strengths[output]);
     }
     reverse.section.panels.factors.solve_transposed(&mut columns);
-    std::array::from_fn(|output| {
+    let stream = std::array::from_fn(|output| {
         let column = columns.column(output);
         let mut weights: Vec<f64> = (0..n).map(|i| -column[i]).collect();
-        // the first equation is the mean of both edge nodes; the last is the edge condition, without geometry
+        // the first equation is the mean of both edge nodes
         weights[0] *= 0.5;
         weights[n - 1] = weights[0];
         weights
-    })
+    });
+    PanelWeights { stream, edge: std::array::from_fn(|output| -columns[(n - 1, output)]) }
 }
 
 /// A panel seen from a point, with the relative positions of its ends as variables.
@@ -58,10 +66,11 @@ pub(super) fn solution_strengths(reverse: &Reverse) -> (Vec<f64>, Vec<f64>, Vec<
 }
 
 pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
-    let weights = stream_weights(reverse);
+    let PanelWeights { stream: weights, edge } = panel_weights(reverse);
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
     let (strengths, smoothed, _) = solution_strengths(reverse);
+    super::edge::add_surface_panels(reverse, &edge, &strengths, &smoothed, collected);
     let (sin, cos) = reverse.flow.alpha.sin_cos();
     for (i, point) in outline.nodes.iter().enumerate() {
         for output in 0..OUTPUTS {
@@ -160,10 +169,11 @@ fn add_closing(reverse: &Reverse, weights: &Each<Vec<f64>>, strengths: &[f64], c
 
 /// Wake sources in the stream function at the nodes; adds to the nodes and to the ends of the wake's half panels.
 pub(super) fn add_wake_stream(reverse: &Reverse, by_points: &mut Each<Vec<[f64; 2]>>, collected: &mut Collected) {
-    let weights = stream_weights(reverse);
+    let PanelWeights { stream: weights, edge } = panel_weights(reverse);
     let outline = &reverse.section.panels.outline;
     let points = wake_points(&reverse.flow.wake_nodes);
     let strengths = half_panel_strengths(reverse);
+    super::edge::add_wake_panels(reverse, &edge, &points, &strengths, by_points, collected);
     for (i, node) in outline.nodes.iter().enumerate() {
         for h in 0..points.len() - 1 {
             let panel = seen_from(*node, [points[h], points[h + 1]]);

@@ -5,6 +5,7 @@
 //! panel equations, so that every term is local: a panel and a point, an interval, a spline coefficient. All local
 //! derivatives come from dual numbers of the kernels themselves; all outputs share one sweep.
 
+mod edge;
 mod influence;
 mod surface;
 mod wake;
