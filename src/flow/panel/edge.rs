@@ -20,19 +20,22 @@ use nalgebra::DMatrix;
 /// Lift changes by 0.3 % between 0.02 and 0.5, inviscid lift by 1e-5. Beyond about one length the strength at the edge
 /// itself is no longer determined.
 const DEPTH: f64 = 0.25;
-/// Nodes, over the half gap, and weights of the four-point Gauss rule. Even, so that none is in line with the wake.
-const GAUSS: [[f64; 2]; 4] = [
-    [-0.861_136_311_594_052_6, 0.173_927_422_568_726_93],
-    [-0.339_981_043_584_856_26, 0.326_072_577_431_273_07],
-    [0.339_981_043_584_856_26, 0.326_072_577_431_273_07],
-    [0.861_136_311_594_052_6, 0.173_927_422_568_726_93],
+/// Nodes, over the half gap, and weights: the three-point Gauss rule on each half, since the velocity peaks in line with
+/// the wake as well as at the corners.
+const GAUSS: [[f64; 2]; 6] = [
+    [-0.887_298_334_620_741_7, 5.0 / 36.0],
+    [-0.5, 8.0 / 36.0],
+    [-0.112_701_665_379_258_3, 5.0 / 36.0],
+    [0.112_701_665_379_258_3, 5.0 / 36.0],
+    [0.5, 8.0 / 36.0],
+    [0.887_298_334_620_741_7, 5.0 / 36.0],
 ];
 
 /// Points across the section just ahead of its edge, and the direction through the cut.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cut<S> {
     /// Points and their weights in the mean.
-    pub points: [([S; 2], f64); 4],
+    pub points: [([S; 2], f64); 6],
     /// Unit vector along the bisector, downstream.
     pub direction: [S; 2],
 }
