@@ -101,6 +101,14 @@ fn advance(
     solve_station(layer, regime, guess, Mode::Shape, equations).unwrap_or(State { log_speed, ..guess })
 }
 
+/// The equations of the first station of a side.
+pub(super) fn first_equations(x: f64) -> impl Fn(&Derived<Dual4>) -> [Dual4; 3] {
+    move |d| {
+        let [a, b] = interval::similarity(d, Dual4::from(x));
+        [a, b, d.state.third]
+    }
+}
+
 impl System<'_> {
     /// Start by marching, from the closed-form start.
     pub fn march(&self, closed_form: &Unknowns) -> Unknowns {
@@ -114,7 +122,7 @@ impl System<'_> {
                 Side::Lower => self.section.map.total - unknowns.stagnation,
             };
             let limit = self.trips[at].map_or(length, |s| side.sign() * (unknowns.stagnation - s));
-            let limit = limit.clamp(0.004 * length, 0.998 * length);
+            let limit = limit.clamp(0.004 * length, 0.99 * length);
             let first = self.march_laminar(&layer, side, limit, length, unknowns.stagnation);
             unknowns.transition[at] = self.amplified(&first, limit, length).clamp(0.003 * length, limit);
             let transition = unknowns.transition[at];

@@ -16,6 +16,7 @@ pub(crate) mod duals;
 pub(crate) mod layout;
 pub(crate) mod march;
 pub(crate) mod newton;
+pub(crate) mod project;
 pub(crate) mod projection;
 pub(crate) mod residuals;
 pub(crate) mod response;
@@ -24,7 +25,9 @@ pub(crate) mod start;
 pub(crate) mod subpanel;
 pub(crate) mod surface;
 pub(crate) mod system;
+pub(crate) mod time;
 pub(crate) mod transition;
+pub(crate) mod transport;
 pub(crate) mod unknowns;
 
 #[cfg(test)]
