@@ -104,9 +104,13 @@ impl EdgeSpeeds {
     }
 }
 
-/// Share of the sub-panel correction over the arc-length rate.
+/// Node index per arc length, the factor of all sub-panel speeds.
+///
+/// The correction holds at every point up to the edge. It must not fade towards it: a turbulent zone that is squeezed
+/// there stands within a fraction of a panel, and without interaction at its own scale the layer in it is ill-posed.
+/// The edge itself has none; its speed is that of both sides and of the wake.
 pub(crate) fn per_rate<S: crate::scalar::Scalar>(section: &SectionResponse, t: S) -> S {
-    subpanel::share(t, (section.len() - 1) as f64) / section.map.rate(t)
+    section.map.rate(t).recip()
 }
 
 /// Sub-panel speed at point `p`; adds its derivatives to `column`.

@@ -31,13 +31,6 @@ fn at_end<S: Scalar>(distance: S) -> S {
     (distance * distance + END_ROUNDING * END_ROUNDING).ln() * 0.5 + 1.0
 }
 
-/// Share of the correction near the ends of the surface, `last` the index of the last node: none at the trailing edge
-/// itself, where the speed is that of both sides, all of it a few panels away.
-pub(crate) fn share<S: Scalar>(t: S, last: f64) -> S {
-    let from = |d: S| -(-(d * d)).exp() + 1.0;
-    from(t) * from(-t + last)
-}
-
 /// Smooth cut-off, 1 at distance 0 and 0 beyond [`REACH`].
 fn window<S: Scalar>(distance: S) -> S {
     let ratio = distance / REACH;

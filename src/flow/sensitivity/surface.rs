@@ -118,12 +118,10 @@ fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoint
     let fields = &reverse.at.speeds.fields;
     let strength: Vec<f64> = fields.strength.iter().map(|c| c.re).collect();
     let wall: Vec<f64> = fields.wall.iter().map(|c| c.re).collect();
-    let last = t[t.len() - 1];
     for p in 1..t.len() - 1 {
         let weights = reverse.section.map.spline.weights(Dual2::from_re(t[p]).derivative(0));
         let rate = Dual2::from_re(rates[p]).derivative(1);
-        let share = subpanel::share(Dual2::from_re(t[p]).derivative(0), last);
-        let value: Dual2 = combine_real(&weights, &strength) - combine_real::<Dual2>(&weights, &wall) * share / rate;
+        let value: Dual2 = combine_real(&weights, &strength) - combine_real::<Dual2>(&weights, &wall) / rate;
         let g = gradient(&value);
         for output in 0..OUTPUTS {
             let weight = reverse.point_weights[output][p];
@@ -136,7 +134,6 @@ fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoint
 /// Sub-panel speeds: every interval that acts on every point.
 fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
     let unit = |p: usize, k: usize| Dual8::from_re(t[p]).derivative(k);
-    let last = t[t.len() - 1];
     for p in 1..t.len() - 1 {
         let at = unit(p, 0);
         let rate = Dual8::from_re(rates[p]).derivative(5);
@@ -144,7 +141,7 @@ fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: 
             let (a, b) = (unit(k, 2), unit(k + 1, 3));
             let before = (k > 0).then(|| unit(k - 1, 1));
             let behind = (k + 2 < t.len()).then(|| unit(k + 2, 4));
-            let influence = subpanel::influence(at, before, [a, b], behind) * subpanel::share(at, last);
+            let influence = subpanel::influence(at, before, [a, b], behind);
             let speed = influence / rate / (b - a) * (mass[k + 1] - mass[k]);
             let g = gradient(&speed);
             for output in 0..OUTPUTS {
