@@ -45,6 +45,7 @@ impl Ladder<'_> {
             let end = match rung {
                 "n" => self.projected(&system, Keep::Nearest),
                 "m" => self.projected(&system, Keep::Mass),
+                "d" => self.late(&system),
                 "l" => self.other_layouts(flow),
                 "a" => self.neighbouring_angles(flow),
                 _ => self.through_trips(&system),
@@ -67,6 +68,20 @@ impl Ladder<'_> {
             Keep::Nearest => "march after each step, speeds kept",
         };
         self.note(what, &end);
+        None
+    }
+
+    /// Starts laminar as far as possible and lets transition come upstream.
+    fn late(&mut self, system: &System) -> Option<Converged> {
+        for late in [[false, true], [true, false], [true, true]] {
+            let start = system.march_with(&system.start(), late);
+            let end =
+                newton::solve_projected(system, start, Keep::Nearest, self.case.settings.tolerance, PROJECTED);
+            if end.converged {
+                return Some(end);
+            }
+            self.note("late transition", &end);
+        }
         None
     }
 
