@@ -17,10 +17,10 @@ use super::coupled::system::{Change, Linearised, Multipliers, Reduced, System};
 use super::coupled::unknowns::{Numbering, Side, Unknowns};
 use super::outputs::{PressureGradient, pressure_gradient, squire_young};
 use super::panel::outline::balance;
+use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::Derived;
 use nalgebra::DMatrix;
-use num_dual::DualSVec64;
 
 /// Number of outputs: lift, drag, moment, lowest pressure coefficient.
 pub(crate) const OUTPUTS: usize = 4;
@@ -195,7 +195,7 @@ impl Collected {
             own
         });
         for i in 1..n - 1 {
-            let seed = |k: usize| [0, 1].map(|c| DualSVec64::<8>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c));
+            let seed = |k: usize| [0, 1].map(|c| Tangent::<8>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c));
             let moved = balance([seed(0), seed(1), seed(2)]).map(|v| gradient(&v));
             for (output, given) in given.iter_mut().enumerate() {
                 let [x, y] = self.nodes[output][i];
