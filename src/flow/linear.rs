@@ -1,33 +1,67 @@
 //! Dense factorisation and products in `f64`: a thin layer over `faer`, one thread, column-major `nalgebra` storage.
 
-use faer::linalg::solvers::{PartialPivLu, SolveCore};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::perm::PermRef;
 use faer::{Accum, Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 /// LU factors of a square matrix, with row pivoting.
 #[derive(Debug, Clone)]
-pub(crate) struct Factors(PartialPivLu<f64>);
+pub(crate) struct Factors {
+    /// Both triangles; the lower one has a unit diagonal.
+    matrix: DMatrix<f64>,
+    permutation: Vec<usize>,
+    inverse_permutation: Vec<usize>,
+}
 
 impl Factors {
     /// Factorises `matrix`; `None` where it is singular or holds a number that is not finite.
     pub fn new(matrix: &DMatrix<f64>) -> Option<Self> {
-        if matrix.iter().any(|v| !v.is_finite()) {
+        Self::of(matrix.clone())
+    }
+
+    /// The same in the place of the matrix.
+    pub fn of(mut matrix: DMatrix<f64>) -> Option<Self> {
+        let n = matrix.nrows();
+        // a sum is not finite if one of its terms is not, and is quicker than a test of each
+        if !matrix.iter().map(|v| v * 0.0).sum::<f64>().is_finite() {
             return None;
         }
-        let factors = PartialPivLu::new(view(matrix));
-        let diagonal = factors.U().diagonal();
-        let regular = (0..matrix.nrows()).all(|i| diagonal[i].is_finite() && diagonal[i] != 0.0);
-        regular.then_some(Self(factors))
+        let (mut permutation, mut inverse_permutation) = (vec![0; n], vec![0; n]);
+        let mut memory = MemBuffer::new(factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default()));
+        factor::lu_in_place(
+            view_mut(&mut matrix),
+            &mut permutation,
+            &mut inverse_permutation,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        let regular = (0..n).all(|i| matrix[(i, i)].is_finite() && matrix[(i, i)] != 0.0);
+        regular.then_some(Self { matrix, permutation, inverse_permutation })
+    }
+
+    fn rows(&self) -> PermRef<'_, usize> {
+        PermRef::new_checked(&self.permutation, &self.inverse_permutation, self.permutation.len())
     }
 
     /// Replaces the columns of `b` by the solutions of `A x = b`.
     pub fn solve(&self, b: &mut DMatrix<f64>) {
-        self.0.solve_in_place_with_conj(Conj::No, view_mut(b));
+        let (n, m) = b.shape();
+        let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(n, m, Par::Seq));
+        let lu = view(&self.matrix);
+        let stack = MemStack::new(&mut memory);
+        solve::solve_in_place_with_conj(lu, lu, self.rows(), Conj::No, view_mut(b), Par::Seq, stack);
     }
 
     /// Replaces the columns of `b` by the solutions of `Aᵀ x = b`.
     pub fn solve_transposed(&self, b: &mut DMatrix<f64>) {
-        self.0.solve_transpose_in_place_with_conj(Conj::No, view_mut(b));
+        let (n, m) = b.shape();
+        let mut memory = MemBuffer::new(solve::solve_transpose_in_place_scratch::<usize, f64>(n, m, Par::Seq));
+        let lu = view(&self.matrix);
+        let stack = MemStack::new(&mut memory);
+        solve::solve_transpose_in_place_with_conj(lu, lu, self.rows(), Conj::No, view_mut(b), Par::Seq, stack);
     }
 }
 

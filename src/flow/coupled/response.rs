@@ -109,8 +109,9 @@ fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
 fn wall_response(n: usize) -> DMatrix<f64> {
     let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
     let mut result = DMatrix::zeros(n, n);
+    let wall = subpanel::Wall::new(&t);
     for i in 0..n {
-        subpanel::influences(&t, i, |k, influence| {
+        wall.influences(t[i], i, |k, influence| {
             result[(i, k + 1)] += influence;
             result[(i, k)] -= influence;
         });

@@ -45,44 +45,57 @@ fn middle<S: Scalar>(a: S, b: S) -> S {
     (a + b) * 0.5
 }
 
-/// Calls `visit(k, influence)` with the speed at point `p` per slope of the defect in interval `k`
-/// (between points k and k + 1). `t` are all points, ascending.
-pub(crate) fn influences<S: Scalar>(t: &[S], p: usize, mut visit: impl FnMut(usize, S)) {
-    let last = t.len() - 2;
-    let distance = |k: usize| middle(t[k], t[k + 1]) - t[p];
-    let mut from = p.min(last);
-    while from > 0 && -distance(from - 1).re() < REACH {
-        from -= 1;
+/// The intervals between the points that act on each other.
+pub(crate) struct Wall<S> {
+    middles: Vec<S>,
+}
+
+impl<S: Scalar> Wall<S> {
+    /// `t` are all points, ascending.
+    pub fn new(t: &[S]) -> Self {
+        Self { middles: t.windows(2).map(|t| middle(t[0], t[1])).collect() }
     }
-    let mut to = p.min(last);
-    while to < last && distance(to).re() < REACH {
-        to += 1;
-    }
-    let mut x = distance(from);
-    let mut here = second_integral(x);
-    let mut below = if from == 0 {
-        S::from(at_end())
-    } else {
-        let before = distance(from - 1);
-        (here - second_integral(before)) / (x - before)
-    };
-    for k in from..=to {
-        let (above, next_x, next);
-        if k == last {
-            (next_x, next) = (x, here);
-            above = S::from(at_end());
-        } else {
-            next_x = distance(k + 1);
-            next = second_integral(next_x);
-            above = (next - here) / (next_x - x);
+
+    /// Calls `visit(k, influence)` with the speed at point `p`, which stands at `at`, per slope of the defect in
+    /// interval `k` (between points k and k + 1).
+    #[inline(always)]
+    pub fn influences(&self, at: S, p: usize, mut visit: impl FnMut(usize, S)) {
+        let last = self.middles.len() - 1;
+        let here = at.re();
+        let mut from = p.min(last);
+        while from > 0 && here - self.middles[from - 1].re() < REACH {
+            from -= 1;
         }
-        visit(k, (below - above) * window(x));
-        (x, here, below) = (next_x, next, above);
+        let mut to = p.min(last);
+        while to < last && self.middles[to].re() - here < REACH {
+            to += 1;
+        }
+        let mut x = self.middles[from] - at;
+        let mut here = second_integral(x);
+        let mut below = if from == 0 {
+            S::from(at_end())
+        } else {
+            let before = self.middles[from - 1] - at;
+            (here - second_integral(before)) / (x - before)
+        };
+        for k in from..=to {
+            let (above, next_x, next);
+            if k == last {
+                (next_x, next) = (x, here);
+                above = S::from(at_end());
+            } else {
+                next_x = self.middles[k + 1] - at;
+                next = second_integral(next_x);
+                above = (next - here) / (next_x - x);
+            }
+            visit(k, (below - above) * window(x));
+            (x, here, below) = (next_x, next, above);
+        }
     }
 }
 
 /// The influence of one interval by itself, as a function of the point `at` and of the four points around the
-/// interval; the outer ones are missing at the ends of the surface. For the derivatives of [`influences`].
+/// interval; the outer ones are missing at the ends of the surface. For the derivatives of [`Wall::influences`].
 pub(crate) fn influence<S: Scalar>(at: S, before: Option<S>, interval: [S; 2], behind: Option<S>) -> S {
     let [a, b] = interval;
     let x = middle(a, b) - at;
@@ -113,7 +126,7 @@ mod tests {
     fn one_interval_alone_is_the_same() {
         let t = [0.0f64, 0.4, 1.0, 1.3, 2.2, 3.0];
         for p in 0..6 {
-            influences(&t, p, |k, value| {
+            Wall::new(&t).influences(t[p], p, |k, value| {
                 let alone =
                     influence(t[p], (k > 0).then(|| t[k - 1]), [t[k], t[k + 1]], (k + 2 < t.len()).then(|| t[k + 2]));
                 assert!((alone - value).abs() < 1e-14, "{p} {k}");
@@ -130,7 +143,7 @@ mod tests {
         let p = 200;
         let m = |i: usize| (k * (t[i] - t[p])).cos();
         let mut speed = 0.0;
-        influences(&t, p, |i, a| speed += a * (m(i + 1) - m(i)) / h);
+        Wall::new(&t).influences(t[p], p, |i, a| speed += a * (m(i + 1) - m(i)) / h);
         assert!((speed.abs() / k - 1.0).abs() < 0.02, "{speed}");
         assert!(speed > 0.0);
     }

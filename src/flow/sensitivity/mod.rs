@@ -265,8 +265,8 @@ impl<'a> Reverse<'a> {
             columns[numbering.points() + k] = through_wake[(o, k)];
         }
         for (c, sum) in columns.iter_mut().enumerate() {
-            let by_points = speeds.points_by_mass.row(c);
-            let by_wake = speeds.wake_by_mass.row(c);
+            let by_points = self.at.by_mass.points.row(c);
+            let by_wake = self.at.by_mass.wake.row(c);
             *sum += self.point_weights[o].iter().zip(by_points.iter()).map(|(a, b)| a * b).sum::<f64>();
             *sum += self.wake_weights[o].iter().zip(by_wake.iter()).map(|(a, b)| a * b).sum::<f64>();
         }
@@ -292,7 +292,7 @@ impl<'a> Reverse<'a> {
             }
             let inner = p > 0 && p + 1 < index.len();
             let per_rate = if inner { per_rate(section, index[p].re) } else { 0.0 };
-            super::coupled::speeds::gather(&mut row, &section.map.spline.weights(index[p]), section, per_rate);
+            super::coupled::speeds::gather(&mut row, &section.map.spline.weights(index[p].re), section, per_rate);
             for (sum, r) in self.node_mass[o].iter_mut().zip(&row) {
                 *sum += weight * r;
             }
