@@ -6,6 +6,8 @@ use crate::differentiate::Tangent;
 pub(crate) type Dual4 = Tangent<4>;
 /// Derivatives with respect to the unknowns of two stations.
 pub(crate) type Dual8 = Tangent<8>;
+/// Derivatives with respect to the unknowns and the abscissas of two stations.
+pub(crate) type Dual10 = Tangent<10>;
 /// Derivatives with respect to two abscissas.
 pub(crate) type Dual2 = Tangent<2>;
 
@@ -22,8 +24,8 @@ pub(crate) fn dual<const N: usize>(value: f64, gradient: [f64; N]) -> Tangent<N>
 
 /// Puts the four derivatives into the directions `offset` … `offset + 3`.
 #[inline(always)]
-pub(crate) fn widen(x: Dual4, offset: usize) -> Dual8 {
-    let mut wide = Dual8::from(x.re);
+pub(crate) fn widen<const N: usize>(x: Dual4, offset: usize) -> Tangent<N> {
+    let mut wide = Tangent::from_re(x.re);
     wide.eps[offset..offset + 4].copy_from_slice(&x.eps);
     wide
 }

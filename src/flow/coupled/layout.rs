@@ -63,6 +63,8 @@ pub(crate) struct SurfaceMap {
     pub spline: IndexSpline,
     /// Coefficients of the arc length over the node index.
     pub arc: Vec<f64>,
+    /// Arc lengths of the nodes.
+    nodes: Vec<f64>,
     /// Total arc length.
     pub total: f64,
 }
@@ -75,13 +77,17 @@ impl SurfaceMap {
         let arc = spline.coefficients(arc_lengths);
         // in the two end intervals the spline may start flat (cosine spacing); no station but the last stands there
         let rises = (8..=8 * (n - 2)).all(|i| combine(&spline.slope_weights(i as f64 / 8.0), &arc) > 0.0);
-        rises.then_some(Self { spline, arc, total: arc_lengths[n - 1] })
+        rises.then(|| Self { spline, arc, nodes: arc_lengths.to_vec(), total: arc_lengths[n - 1] })
     }
 
     /// Node index at arc length `s`, with the derivatives `s` carries.
     pub fn index<S: Scalar>(&self, s: S) -> S {
-        let last = (self.arc.len() - 3) as f64;
-        let t = invert(&self.spline, &self.arc, s.re(), 0.0, last, 1.0);
+        let last = self.nodes.len() - 1;
+        let behind = self.nodes.partition_point(|&node| node < s.re());
+        // in the end intervals the spline need not rise
+        let low = if behind <= 2 { 0 } else { behind - 1 };
+        let high = if behind + 1 >= last { last } else { behind };
+        let t = invert(&self.spline, &self.arc, s.re(), low as f64, high as f64, 1.0);
         let rate: f64 = combine(&self.spline.slope_weights(t), &self.arc);
         (s - s.re()) / rate + t
     }

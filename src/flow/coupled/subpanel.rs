@@ -10,14 +10,12 @@ use std::f64::consts::PI;
 /// Range of the interaction, in panels.
 pub(crate) const REACH: f64 = 10.0;
 
-/// ln|x|.
-fn log_of<S: Scalar>(x: S) -> S {
-    (x * x).ln() * 0.5
-}
-
 /// x ln|x|, the second integral of 1/x.
+#[inline(always)]
 fn second_integral<S: Scalar>(x: S) -> S {
-    x * log_of(x)
+    let (value, log) = (x.re(), x.re().abs().ln());
+    let inverse = if S::NDERIV > 1 { value.recip() } else { 0.0 };
+    x.chain([value * log, log + 1.0, inverse, -inverse * inverse])
 }
 
 /// What the difference quotient becomes at the two ends of the surface: the defect goes on with the same slope as
@@ -34,6 +32,7 @@ pub(crate) fn share<S: Scalar>(t: S, last: f64) -> S {
 }
 
 /// Smooth cut-off, 1 at distance 0 and 0 beyond [`REACH`].
+#[inline(always)]
 fn window<S: Scalar>(distance: S) -> S {
     let ratio = distance / REACH;
     let rest = -(ratio * ratio) + 1.0;
@@ -48,12 +47,16 @@ fn middle<S: Scalar>(a: S, b: S) -> S {
 /// The intervals between the points that act on each other.
 pub(crate) struct Wall<S> {
     middles: Vec<S>,
+    /// One over the distances of the middles.
+    per_distance: Vec<S>,
 }
 
 impl<S: Scalar> Wall<S> {
     /// `t` are all points, ascending.
     pub fn new(t: &[S]) -> Self {
-        Self { middles: t.windows(2).map(|t| middle(t[0], t[1])).collect() }
+        let middles: Vec<S> = t.windows(2).map(|t| middle(t[0], t[1])).collect();
+        let per_distance = middles.windows(2).map(|m| (m[1] - m[0]).recip()).collect();
+        Self { middles, per_distance }
     }
 
     /// Calls `visit(k, influence)` with the speed at point `p`, which stands at `at`, per slope of the defect in
@@ -76,7 +79,7 @@ impl<S: Scalar> Wall<S> {
             S::from(at_end())
         } else {
             let before = self.middles[from - 1] - at;
-            (here - second_integral(before)) / (x - before)
+            (here - second_integral(before)) * self.per_distance[from - 1]
         };
         for k in from..=to {
             let (above, next_x, next);
@@ -86,7 +89,7 @@ impl<S: Scalar> Wall<S> {
             } else {
                 next_x = self.middles[k + 1] - at;
                 next = second_integral(next_x);
-                above = (next - here) / (next_x - x);
+                above = (next - here) * self.per_distance[k];
             }
             visit(k, (below - above) * window(x));
             (x, here, below) = (next_x, next, above);
