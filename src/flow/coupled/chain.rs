@@ -2,7 +2,7 @@
 //!
 //! Every block depends on two stations and two abscissas and is differentiated by dual numbers as wide as that.
 
-use super::duals::{Dual2, Dual4, Dual8, Dual10, gradient, widen};
+use super::duals::{Dual2, Dual4, Dual8, Dual10, dual, gradient, widen};
 use super::speeds::Positions;
 use super::unknowns::{Numbering, Side, Unknowns};
 use crate::differentiate::Tangent;
@@ -123,15 +123,9 @@ fn surface_block(
         let (from, to) = (&unknowns.stations[k - 1], &unknowns.stations[k]);
         let (growth, slopes) = interval::growth_slopes(from, to, &layer.gas);
         let step = x[1].re - x[0].re;
-        let mut third = Dual10::from_re(to.third - from.third - growth * step);
-        for (slot, slope) in third.eps.iter_mut().zip(slopes.as_flattened()) {
-            *slot = -slope * step;
-        }
-        third.eps[2] -= 1.0;
-        third.eps[6] += 1.0;
-        third.eps[8] = growth;
-        third.eps[9] = -growth;
-        third
+        let [[a, b, _, c], [d, e, _, f]] = slopes.map(|end| end.map(|slope| -slope * step));
+        let value = to.third - from.third - growth * step;
+        dual(value, [a, b, -1.0, c, d, e, 1.0, f, growth, -growth])
     } else {
         interval::lag(&wide.0, &wide.1, &span, regime)
     };

@@ -7,11 +7,13 @@
 //! nothing hops from node to node, and the coefficients are smooth functions of the shape.
 //!
 //! [`chain`] linearises the boundary-layer equations by local dual numbers, [`system`] and [`eliminate`] reduce the
-//! Newton system to about one unknown per station, [`march`] and [`start`] find a start, [`newton`] iterates.
+//! Newton system to about one unknown per station, [`march`] and [`start`] find a start, [`newton`] iterates, [`chord`] with
+//! a Jacobian that is kept.
 //!
 //! Depends on [`panel`](super::panel) and [`boundary_layer`](super::boundary_layer).
 
 pub(crate) mod chain;
+pub(crate) mod chord;
 pub(crate) mod duals;
 mod eliminate;
 pub(crate) mod layout;

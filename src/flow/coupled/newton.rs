@@ -1,5 +1,6 @@
 //! Newton's method on the coupled system, with step limits.
 
+use super::chord;
 use super::system::{Change, Linearised, Reduced, System};
 use super::unknowns::{Side, Unknowns};
 use crate::flow::boundary_layer::station::Regime;
@@ -91,7 +92,8 @@ pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usi
             let converged = residual <= ROUND_OFF.min(100.0 * tolerance);
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged };
         }
-        let Some(change) = Reduced::new(&at).map(|reduced| reduced.step()).filter(Change::is_finite) else {
+        let reduced = Reduced::new(&at);
+        let Some(change) = reduced.as_ref().map(Reduced::step).filter(Change::is_finite) else {
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged: false };
         };
         let norm = at.norm();
@@ -103,6 +105,12 @@ pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usi
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged };
         }
         let mut factor = admissible(system, &at, &unknowns, &change);
+        let kept = reduced.filter(|_| factor == 1.0);
+        if let Some(next) = kept.and_then(|r| chord::follow(system, &r, &unknowns, &change, norm, tolerance)) {
+            at = system.linearise(&next);
+            (unknowns, residual) = (next, at.residual());
+            continue;
+        }
         let mut halvings = 0;
         loop {
             let candidate = moved(system, &unknowns, &change, factor);

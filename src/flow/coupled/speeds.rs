@@ -1,13 +1,13 @@
 //! Edge speeds at the stations: value, derivatives with respect to the mass defects and to the global unknowns.
 
-use super::duals::{Dual4, dual};
+use super::duals::Dual4;
 use super::layout::Layout;
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
 use super::subpanel;
 use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
-use crate::flow::linear::product;
+use crate::flow::linear::dot;
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 
@@ -16,39 +16,36 @@ pub(crate) const STAGNATION: usize = 0;
 /// Total arc length of the surface, the last global direction; constant in a solution, an input of its derivatives.
 pub(crate) const TOTAL: usize = 3;
 
-/// A number of the value pass (`f64`) or of the linearisation (global derivatives), in parts.
+/// A number of the value pass (`f64`) or of the linearisation (global derivatives).
 pub(crate) trait Global: Scalar {
-    /// The value and the derivatives.
-    const PARTS: usize;
-    fn part(&self, k: usize) -> f64;
-    fn join(parts: impl Fn(usize) -> f64) -> Self;
     /// The independent variable of global direction `k`.
     fn global(value: f64, k: usize) -> Self;
+
+    /// The weighted sum of many.
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
 }
 
 impl Global for f64 {
-    const PARTS: usize = 1;
-    fn part(&self, _: usize) -> f64 {
-        *self
-    }
-    fn join(parts: impl Fn(usize) -> f64) -> Self {
-        parts(0)
-    }
     fn global(value: f64, _: usize) -> Self {
         value
+    }
+
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
+        dot(numbers, weights)
     }
 }
 
 impl Global for Dual4 {
-    const PARTS: usize = 5;
-    fn part(&self, k: usize) -> f64 {
-        if k == 0 { self.re } else { self.eps[k - 1] }
-    }
-    fn join(parts: impl Fn(usize) -> f64) -> Self {
-        dual(parts(0), std::array::from_fn(|k| parts(k + 1)))
-    }
     fn global(value: f64, k: usize) -> Self {
         Self::from_re(value).derivative(k)
+    }
+
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
+        let mut sum = Self::from_re(0.0);
+        for (x, w) in numbers.iter().zip(weights) {
+            sum += *x * *w;
+        }
+        sum
     }
 }
 
@@ -281,15 +278,13 @@ pub(crate) struct Fields<S = Dual4> {
 
 impl<S: Global> Fields<S> {
     fn new(section: &SectionResponse, flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Self {
-        let n = node_mass.len();
-        let parts = DMatrix::from_fn(S::PARTS, n, |k, i| node_mass[i].part(k));
-        let collect = |m: DMatrix<f64>| -> Vec<S> { m.column_iter().map(|c| S::join(|k| c[k])).collect() };
-        let mut strength = collect(product(&parts, &section.spline));
-        let wall = collect(product(&parts, &section.wall));
-        let masses = DMatrix::from_row_slice(1, wake_mass.len(), wake_mass);
-        let wake = product(&masses, &flow.spline_by_wake);
-        for (c, value) in strength.iter_mut().enumerate() {
-            *value += flow.inviscid_spline[c] + wake[c];
+        let sums = |m: &DMatrix<f64>| -> Vec<S> {
+            m.as_slice().chunks_exact(m.nrows()).map(|column| S::weighted_sum(node_mass, column)).collect()
+        };
+        let (mut strength, wall) = (sums(&section.spline), sums(&section.wall));
+        let by_wake = flow.spline_by_wake.as_slice().chunks_exact(wake_mass.len());
+        for ((value, own), column) in strength.iter_mut().zip(&flow.inviscid_spline).zip(by_wake) {
+            *value += own + dot(column, wake_mass);
         }
         Self { strength, wall }
     }
@@ -337,13 +332,10 @@ impl Projection {
     }
 }
 
-fn wake_speeds<S: Scalar>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Vec<S> {
+fn wake_speeds<S: Global>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Vec<S> {
     (0..wake_mass.len())
         .map(|k| {
-            let mut speed = S::from(flow.wake_inviscid[k]);
-            for (m, r) in node_mass.iter().zip(flow.wake_by_nodes.column(k).iter()) {
-                speed += *m * *r;
-            }
+            let mut speed = S::weighted_sum(node_mass, flow.wake_by_nodes.column(k).as_slice()) + flow.wake_inviscid[k];
             for (l, m) in wake_mass.iter().enumerate() {
                 speed += flow.wake_by_wake[(k, l)] * m;
             }

@@ -70,15 +70,7 @@ impl<'a> System<'a> {
         let (mass, log_mass) = self.masses(&derived, &numbering);
         let (points, wake) = signed(&mass, &numbering);
         let (speeds, by_mass) = SpeedsByMass::new(self.section, self.flow, &positions, &points, &wake);
-        let speed_residual = (0..numbering.stations())
-            .map(|k| {
-                let speed = unknowns.stations[k].log_speed.exp();
-                match numbering.on_side(k) {
-                    Some((side, j)) => speed - side.sign() * speeds.points[numbering.point(side, j)].re,
-                    None => speed - speeds.wake[k - numbering.wake_start()].re,
-                }
-            })
-            .collect();
+        let speed_residual = self.speed_residuals(unknowns, &speeds);
         let transition = Side::BOTH.map(|side| self.transition(unknowns, side));
         Linearised {
             numbering,
@@ -106,7 +98,7 @@ impl<'a> System<'a> {
         derived.iter().enumerate().map(total).map(|m| (m.re, gradient(&m).map(|g| g / m.re))).unzip()
     }
 
-    fn transition(&self, unknowns: &Unknowns, side: Side) -> Dual8 {
+    pub(super) fn transition(&self, unknowns: &Unknowns, side: Side) -> Dual8 {
         let (at, numbering) = (side.index(), Numbering::new(self.layout));
         let unit = |value: f64, k: usize| Dual8::from_re(value).derivative(k);
         let (stagnation, total) = (unit(unknowns.stagnation, 0), unit(self.section.map.total, 3));
@@ -252,7 +244,7 @@ impl<'a> Reduced<'a> {
         let system = self.system;
         let n = system.numbering.stations();
         let still = self.elimination.march(residuals.blocks, &[], [0.0; 3]);
-        let mut dense = DMatrix::zeros(n + 3, 1);
+        let mut dense = vec![0.0; n + 3];
         for k in 0..n {
             dense[k] = -residuals.speed[k] - self.elimination.speed[k] * still[k][2];
         }
@@ -261,9 +253,9 @@ impl<'a> Reduced<'a> {
             dense[n + side.index()] = -residuals.transition[side.index()] - slope * still[system.last_laminar(side)][1];
         }
         dense[n + 2] = -residuals.stagnation;
-        self.factors.solve_transposed(&mut dense);
+        let dense = self.factors.solve_transposed_vector(dense);
         let globals = [dense[n], dense[n + 1], dense[n + 2]];
-        let states = self.elimination.march(residuals.blocks, &dense.as_slice()[..n], globals);
+        let states = self.elimination.march(residuals.blocks, &dense[..n], globals);
         let stations = states
             .iter()
             .enumerate()

@@ -6,6 +6,7 @@
 //! derivatives come from dual numbers of the kernels themselves; all outputs share one sweep.
 
 mod influence;
+mod sums;
 mod surface;
 mod wake;
 
