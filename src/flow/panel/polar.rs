@@ -24,6 +24,7 @@ fn pair(from: [f64; 2], to: [f64; 2]) -> (f64, f64) {
 }
 
 /// The same direction between `low` and `low` + 2π.
+#[inline(always)]
 fn wrapped(angle: f64, low: f64) -> f64 {
     if angle <= low {
         angle + TAU
@@ -68,8 +69,9 @@ impl Polar {
     /// What `point` sees of a panel from vertex `ends[0]` to `ends[1]`.
     #[inline(always)]
     fn seen(&self, point: usize, ends: [usize; 2], direction: f64, low: f64) -> Seen {
-        let at = ends.map(|v| v * self.points + point);
-        Seen { logs: at.map(|q| self.log[q]), angles: at.map(|q| wrapped(self.angle[q] - direction, low)) }
+        let [a, b] = [ends[0] * self.points + point, ends[1] * self.points + point];
+        let angles = [wrapped(self.angle[a] - direction, low), wrapped(self.angle[b] - direction, low)];
+        Seen { logs: [self.log[a], self.log[b]], angles }
     }
 
     /// For the stream function of surface panels: the cut leaves a panel along its right-hand normal.
@@ -81,8 +83,8 @@ impl Polar {
     /// For the stream function of wake panels: the cut leaves a panel straight ahead.
     #[inline(always)]
     pub fn from_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
-        let Seen { logs, angles } = self.seen(point, ends, panel.angle, 0.0);
-        Seen { logs, angles: angles.map(|a| a - PI) }
+        let Seen { logs, angles: [a, b] } = self.seen(point, ends, panel.angle, 0.0);
+        Seen { logs, angles: [a - PI, b - PI] }
     }
 }
 

@@ -35,9 +35,10 @@ pub(super) struct PanelSums {
     stretch: Lanes,
 }
 
+#[inline(always)]
 fn add(sum: &mut Lanes, factor: f64, weights: &Lanes) {
-    for (s, w) in sum.iter_mut().zip(weights) {
-        *s += factor * w;
+    for output in 0..OUTPUTS {
+        sum[output] += factor * weights[output];
     }
 }
 
