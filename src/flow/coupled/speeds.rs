@@ -4,12 +4,13 @@ use super::duals::Dual4;
 use super::layout::Layout;
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
-use super::subpanel;
+use super::subpanel::{self, Wall};
 use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::linear::dot;
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
+use num_dual::DualNum;
 
 /// Directions of the global derivatives: stagnation arc length, transition of both sides, total arc length.
 pub(crate) const STAGNATION: usize = 0;
@@ -23,6 +24,9 @@ pub(crate) trait Global: Scalar {
 
     /// The weighted sum of many.
     fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
+
+    /// Sub-panel speeds at all inner points, over the share of the correction; see [`Wall::influences`].
+    fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, usize, f64)) -> Vec<Self>;
 }
 
 impl Global for f64 {
@@ -32,6 +36,21 @@ impl Global for f64 {
 
     fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
         dot(numbers, weights)
+    }
+
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+        let wall = Wall::new(t);
+        let slopes: Vec<f64> = t.windows(2).zip(mass.windows(2)).map(|(t, m)| (m[1] - m[0]) / (t[1] - t[0])).collect();
+        let mut speeds = vec![0.0; t.len()];
+        for p in 1..t.len() - 1 {
+            let mut speed = 0.0;
+            wall.influences(t[p], p, |k, influence| {
+                speed += influence * slopes[k];
+                visit(p, k, influence);
+            });
+            speeds[p] = speed;
+        }
+        speeds
     }
 }
 
@@ -46,6 +65,36 @@ impl Global for Dual4 {
             sum += *x * *w;
         }
         sum
+    }
+
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+        let places: Vec<f64> = t.iter().map(|t| t.re).collect();
+        let wall = Wall::new(&places);
+        let middles: Vec<Self> = t.windows(2).map(|t| (t[0] + t[1]) * 0.5).collect();
+        let slopes: Vec<Self> =
+            t.windows(2).zip(mass.windows(2)).map(|(t, m)| (t[1] - t[0]).recip() * (m[1] - m[0])).collect();
+        let slope_values: Vec<f64> = slopes.iter().map(|s| s.re).collect();
+        let mut by_middle = vec![0.0; middles.len()];
+        let mut speeds = vec![Self::from_re(0.0); t.len()];
+        for p in 1..t.len() - 1 {
+            let mut eps = [0.0; 4];
+            let local = wall.differentiate(places[p], p, &slope_values, &mut by_middle, |k, influence| {
+                for g in 0..4 {
+                    eps[g] += influence * slopes[k].eps[g];
+                }
+                visit(p, k, influence);
+            });
+            for k in local.range {
+                for g in 0..4 {
+                    eps[g] += by_middle[k] * middles[k].eps[g];
+                }
+            }
+            for g in 0..4 {
+                eps[g] += local.by_place * t[p].eps[g];
+            }
+            speeds[p] = Self { re: local.speed, eps };
+        }
+        speeds
     }
 }
 
@@ -113,14 +162,12 @@ impl<S: Global> EdgeSpeeds<S> {
         positions: &Positions<S>,
         mass: &[f64],
         wake_mass: &[f64],
-        mut local: impl FnMut(usize, usize, f64),
+        local: impl FnMut(usize, usize, f64),
     ) -> Self {
         let t = &positions.index;
         let (projection, node_mass) = Projection::new(t, mass, section.len());
         let fields = Fields::new(section, flow, &node_mass, wake_mass);
-        let wall = subpanel::Wall::new(t);
-        let slopes: Vec<S> =
-            t.windows(2).zip(mass.windows(2)).map(|(t, m)| (t[1] - t[0]).recip() * (m[1] - m[0])).collect();
+        let local = S::local_speeds(t, mass, local);
         let last = t.len() - 1;
         let points = (0..=last)
             .map(|p| {
@@ -129,11 +176,7 @@ impl<S: Global> EdgeSpeeds<S> {
                 if p == 0 || p == last {
                     return strength;
                 }
-                let mut speed = -combine(&weights, &fields.wall);
-                wall.influences(t[p], p, |k, influence| {
-                    speed += influence * slopes[k];
-                    local(p, k, influence.re());
-                });
+                let speed = local[p] - combine(&weights, &fields.wall);
                 strength + speed * per_rate(section, t[p])
             })
             .collect();
