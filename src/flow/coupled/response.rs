@@ -268,7 +268,7 @@ fn nodes_by_wake(
     for h in 0..points.len() - 1 {
         let panel = Straight::new([points[h], points[h + 1]]);
         for i in 0..n {
-            let seen = polar.from_wake(i, [h, h + 1], &panel);
+            let seen = polar.seen_of_wake(i, [h, h + 1], &panel);
             let at = panel.local(outline.nodes[i]);
             let [a, b] = seen.sight(at, panel.length, edge_place(outline, i, h)).wake_stream();
             stream[(i, h)] -= a;
@@ -298,7 +298,7 @@ fn surface_to_wake(
     for j in 0..n - 1 {
         let panel = Straight::new(outline.panel(j));
         for k in 1..w {
-            let seen = polar.from_surface(k, [j, j + 1], &panel);
+            let seen = polar.seen_of_surface(k, [j, j + 1], &panel);
             let v = seen.sight(panel.local(wake_nodes[k]), panel.length, Place::Elsewhere).velocity();
             let [a, b] = [0, 1].map(|end| along(k, panel.outer(v.vortex(end))));
             strength[(k, j)] += a;

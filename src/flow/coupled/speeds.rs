@@ -214,8 +214,9 @@ impl SpeedsByMass {
         let per_length: Vec<f64> = t.windows(2).map(|t| (t[1].re - t[0].re).recip()).collect();
         let speeds = EdgeSpeeds::visit(section, flow, positions, mass, wake_mass, |p, k, influence| {
             let step = influence * rates[p] * per_length[k];
-            points[(k + 1, p)] += step;
-            points[(k, p)] -= step;
+            let pair = &mut points.as_mut_slice()[p * (count + wakes) + k..][..2];
+            pair[0] -= step;
+            pair[1] += step;
         });
         let mut projector = Projector::new(&speeds.projection, section.len());
         let mut by_nodes = vec![0.0; section.len()];

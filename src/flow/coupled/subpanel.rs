@@ -6,7 +6,7 @@
 
 use crate::differentiate::Tangent;
 use crate::scalar::Scalar;
-use std::f64::consts::PI;
+use std::f64::consts::FRAC_1_PI;
 
 /// Range of the interaction, in panels.
 pub(crate) const REACH: f64 = 10.0;
@@ -25,10 +25,12 @@ fn at_end<S: Scalar>(_distance: S) -> S {
     S::from(REACH.ln() + 1.0)
 }
 
-/// The difference quotient of the second integral between two points, from its values there.
+/// The difference quotient of the second integral between two points, from its values there and one over the distance
+/// of the points, which is known.
 #[inline(always)]
-fn quotient<S: Scalar>(a: S, at_a: S, b: S, at_b: S) -> S {
-    (at_b - at_a) / (b - a)
+fn quotient<S: Scalar>(a: S, at_a: S, b: S, at_b: S, per_distance: f64) -> S {
+    let square = per_distance * per_distance;
+    (at_b - at_a) * (b - a).chain([per_distance, -square, 2.0 * square * per_distance, -6.0 * square * square])
 }
 
 /// Share of the correction near the ends of the surface, `last` the index of the last node: none at the trailing edge
@@ -41,9 +43,9 @@ pub(crate) fn share<S: Scalar>(t: S, last: f64) -> S {
 /// Smooth cut-off, 1 at distance 0 and 0 beyond [`REACH`].
 #[inline(always)]
 fn window<S: Scalar>(distance: S) -> S {
-    let ratio = distance / REACH;
+    let ratio = distance * (1.0 / REACH);
     let rest = -(ratio * ratio) + 1.0;
-    if rest.re() > 0.0 { rest * rest * rest / PI } else { S::from(0.0) }
+    if rest.re() > 0.0 { rest * rest * rest * FRAC_1_PI } else { S::from(0.0) }
 }
 
 /// Middle of the interval between two points.
@@ -54,6 +56,8 @@ fn middle<S: Scalar>(a: S, b: S) -> S {
 /// The intervals between the points that act on each other.
 pub(crate) struct Wall<S = f64> {
     middles: Vec<S>,
+    /// One over the distances of the middles.
+    per_distance: Vec<f64>,
     /// First and last point.
     ends: [S; 2],
 }
@@ -69,8 +73,9 @@ pub(crate) struct LocalSpeed {
 impl<S: Scalar> Wall<S> {
     /// `t` are all points, ascending.
     pub fn new(t: &[S]) -> Self {
-        let middles = t.windows(2).map(|t| middle(t[0], t[1])).collect();
-        Self { middles, ends: [t[0], t[t.len() - 1]] }
+        let middles: Vec<S> = t.windows(2).map(|t| middle(t[0], t[1])).collect();
+        let per_distance = middles.windows(2).map(|m| (m[1].re() - m[0].re()).recip()).collect();
+        Self { middles, per_distance, ends: [t[0], t[t.len() - 1]] }
     }
 
     /// Intervals that act on point `p`.
@@ -99,7 +104,7 @@ impl<S: Scalar> Wall<S> {
             at_end(self.ends[0] - at)
         } else {
             let before = self.middles[from - 1] - at;
-            quotient(before, second_integral(before), x, here)
+            quotient(before, second_integral(before), x, here, self.per_distance[from - 1])
         };
         for k in from..=to {
             let (above, next_x, next);
@@ -109,7 +114,7 @@ impl<S: Scalar> Wall<S> {
             } else {
                 next_x = self.middles[k + 1] - at;
                 next = second_integral(next_x);
-                above = quotient(x, here, next_x, next);
+                above = quotient(x, here, next_x, next, self.per_distance[k]);
             }
             visit(k, (below - above) * window(x));
             (x, here, below) = (next_x, next, above);
@@ -139,8 +144,8 @@ impl Wall {
         // a number that depends on one of two variables
         let first = |v: Tangent<1>| Tangent::<2> { re: v.re, eps: [v.eps[0], 0.0] };
         let second = |v: Tangent<1>| Tangent::<2> { re: v.re, eps: [0.0, v.eps[0]] };
-        let between = |a: Tangent<1>, at_a: Tangent<1>, b: Tangent<1>, at_b: Tangent<1>| {
-            quotient(first(a), first(at_a), second(b), second(at_b))
+        let between = |k: usize, a: Tangent<1>, at_a: Tangent<1>, b: Tangent<1>, at_b: Tangent<1>| {
+            quotient(first(a), first(at_a), second(b), second(at_b), self.per_distance[k])
         };
         let end = |k: usize| at_end(Tangent::<1>::from_re(self.ends[k] - at).derivative(0));
         let mut speed = 0.0;
@@ -152,7 +157,7 @@ impl Wall {
             Tangent::from_re(end(0).re)
         } else {
             let before = place(from - 1);
-            between(before, second_integral(before), x, here)
+            between(from - 1, before, second_integral(before), x, here)
         };
         for k in from..=to {
             let (next_x, next, above);
@@ -163,7 +168,7 @@ impl Wall {
             } else {
                 next_x = place(k + 1);
                 next = second_integral(next_x);
-                above = between(x, here, next_x, next);
+                above = between(k, x, here, next_x, next);
             }
             let window = window(x);
             let difference = below.re - above.re;

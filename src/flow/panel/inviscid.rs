@@ -40,7 +40,7 @@ impl PanelSystem {
         for j in 0..n - 1 {
             let panel = Straight::new(outline.panel(j));
             for i in 0..n {
-                let seen = polar.from_surface(i, [j, j + 1], &panel);
+                let seen = polar.seen_of_surface(i, [j, j + 1], &panel);
                 let at = panel.local(outline.nodes[i]);
                 let influence = seen.sight(at, panel.length, outline.place(i, j)).stream();
                 matrix[(i, j)] += influence.vortex[0];

@@ -146,6 +146,7 @@ pub(crate) fn stream_influence<S: Scalar>(panel: [[S; 2]; 2], point: [S; 2], pla
 /// Stream function at `point` of a linear source panel, per strength at the start and at the end.
 ///
 /// The cut leaves the panel straight ahead, so it is meant for the wake, whose panels look downstream.
+#[cfg(test)]
 pub(crate) fn wake_source_stream<S: Scalar>(panel: [[S; 2]; 2], point: [S; 2], place: Place) -> [S; 2] {
     let mut sight = Sight::new(panel, point, place);
     let (x, w, z) = (sight.x, sight.x - sight.length, sight.z);

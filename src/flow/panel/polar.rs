@@ -76,13 +76,13 @@ impl Polar {
 
     /// For the stream function of surface panels: the cut leaves a panel along its right-hand normal.
     #[inline(always)]
-    pub fn from_surface(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
+    pub fn seen_of_surface(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
         self.seen(point, ends, panel.angle, -FRAC_PI_2)
     }
 
     /// For the stream function of wake panels: the cut leaves a panel straight ahead.
     #[inline(always)]
-    pub fn from_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
+    pub fn seen_of_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
         let Seen { logs, angles: [a, b] } = self.seen(point, ends, panel.angle, 0.0);
         Seen { logs, angles: [a - PI, b - PI] }
     }
@@ -223,7 +223,7 @@ mod tests {
             let straight = Straight::new(panel);
             let polar = Polar::new(&[point], &panel);
             let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-14, "{panel:?} {point:?}: {a} {b}");
-            let surface = polar.from_surface(0, [0, 1], &straight);
+            let surface = polar.seen_of_surface(0, [0, 1], &straight);
             let sight = surface.sight(straight.local(point), straight.length, place);
             let (own, other) = (sight.stream(), stream_influence(panel, point, place));
             close(own.vortex[0], other.vortex[0]);
@@ -241,7 +241,7 @@ mod tests {
             if place == Place::End {
                 continue; // on the cut of the wake's panels; no node of a section stands there
             }
-            let wake = polar.from_wake(0, [0, 1], &straight).sight(straight.local(point), straight.length, place);
+            let wake = polar.seen_of_wake(0, [0, 1], &straight).sight(straight.local(point), straight.length, place);
             let (own, other) = (wake.wake_stream(), wake_source_stream(panel, point, place));
             close(own[0], other[0]);
             close(own[1], other[1]);
@@ -257,7 +257,7 @@ mod tests {
             let (at, length) = ([variable(x, 0), variable(z, 1)], variable(straight.length, 2));
             let zero = Tangent::from_re(0.0);
             let other = stream_influence([[zero; 2], [length, zero]], at, place);
-            let seen = Polar::new(&[point], &panel).from_surface(0, [0, 1], &straight);
+            let seen = Polar::new(&[point], &panel).seen_of_surface(0, [0, 1], &straight);
             let own = seen.sight(at, length, place).stream();
             for (a, b) in [(own.source, other.source), (own.vortex[0], other.vortex[0])] {
                 assert!((0..3).all(|k| (a.eps[k] - b.eps[k]).abs() < 1e-13), "{a} {b}");

@@ -82,7 +82,7 @@ pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
         let jump = smoothed[j + 1] - smoothed[j];
         let mut sums = PanelSums::default();
         for (i, point) in outline.nodes.iter().enumerate() {
-            let seen = reverse.section.panels.polar.from_surface(i, [j, j + 1], &panel);
+            let seen = reverse.section.panels.polar.seen_of_surface(i, [j, j + 1], &panel);
             let (at, length) = variables(&panel, *point);
             let influence = seen.sight(at, length, outline.place(i, j)).stream();
             let stream = influence.vortex[0] * strengths[j] + influence.vortex[1] * strengths[j + 1]
@@ -185,7 +185,7 @@ pub(super) fn add_wake_stream(reverse: &Reverse, by_points: &mut Each<Vec<[f64; 
         let panel = Straight::new(ends);
         let mut sums = PanelSums::default();
         for (i, node) in outline.nodes.iter().enumerate() {
-            let seen = reverse.flow.polar.from_wake(i, [h, h + 1], &panel);
+            let seen = reverse.flow.polar.seen_of_wake(i, [h, h + 1], &panel);
             let (at, length) = variables(&panel, *node);
             let [a, b] = seen.sight(at, length, edge_place(outline, i, h)).wake_stream();
             let stream = a * strengths[h] + b * strengths[h + 1];

@@ -77,7 +77,7 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
             }
         };
         for (j, panel) in panels.iter().enumerate() {
-            let seen = flow.from_surface.from_surface(k, [j, j + 1], panel);
+            let seen = flow.from_surface.seen_of_surface(k, [j, j + 1], panel);
             let (place, length) = variables(panel, at);
             let v = seen.sight(place, length, Place::Elsewhere).velocity();
             let source = length.recip() * (smoothed[j] - smoothed[j + 1]);
@@ -87,7 +87,7 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
             add(panel, &mut sums[j], total);
         }
         for (h, panel) in halves.iter().enumerate() {
-            let seen = among.from_surface(2 * k, [h, h + 1], panel);
+            let seen = among.seen_of_surface(2 * k, [h, h + 1], panel);
             let (place, length) = variables(panel, at);
             let v = seen.sight(place, length, wake_place(k, h)).velocity();
             let (a, b) = (v.source(0), v.source(1));
