@@ -4,6 +4,7 @@ use super::chain::Coupling;
 use super::duals::gradient;
 use super::system::{BY_AMPLIFICATION, Linearised};
 use super::unknowns::Side;
+use crate::flow::linear::large_zeros;
 use nalgebra::{DMatrix, Matrix3};
 
 /// (ln θ, third, ln u) of a station.
@@ -133,7 +134,7 @@ impl Elimination {
     pub fn dense_transposed(&self, system: &Linearised) -> DMatrix<f64> {
         let numbering = &system.numbering;
         let n = numbering.stations();
-        let mut matrix = DMatrix::zeros(n + 3, n + 3);
+        let mut matrix = large_zeros(n + 3, n + 3);
         // responses of the states of one station to all unknowns; at the start of the wake of both sides
         let mut response = [(); 3].map(|()| vec![0.0; n + 3]);
         let mut globals = [[[0.0; 3]; 3]; 2];

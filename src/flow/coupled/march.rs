@@ -48,7 +48,7 @@ fn solve_station(
         if worst.is_nan() {
             return None;
         }
-        if worst < 1e-9 {
+        if worst < 1e-7 {
             return Some(state);
         }
         let free = if mode == Mode::Speed { 1 } else { 3 };

@@ -7,7 +7,7 @@ use super::response::{FlowResponse, SectionResponse};
 use super::subpanel::{self, Wall};
 use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
-use crate::flow::linear::dot;
+use crate::flow::linear::{dot, give_back, large_zeros};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::DualNum;
@@ -194,6 +194,12 @@ pub(crate) struct SpeedsByMass {
     pub wake: DMatrix<f64>,
 }
 
+impl Drop for SpeedsByMass {
+    fn drop(&mut self) {
+        give_back(&mut self.points);
+    }
+}
+
 /// Points whose responses are projected together.
 const LANES: usize = 8;
 
@@ -208,7 +214,7 @@ impl SpeedsByMass {
     ) -> (EdgeSpeeds, Self) {
         let t = &positions.index;
         let (count, wakes) = (t.len(), wake_mass.len());
-        let mut points = DMatrix::zeros(count + wakes, count);
+        let mut points = large_zeros(count + wakes, count);
         let rates: Vec<f64> =
             (0..count).map(|p| if p > 0 && p + 1 < count { per_rate(section, t[p].re) } else { 0.0 }).collect();
         let per_length: Vec<f64> = t.windows(2).map(|t| (t[1].re - t[0].re).recip()).collect();
