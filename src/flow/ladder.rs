@@ -11,7 +11,7 @@ use super::coupled::unknowns::Unknowns;
 use super::solution::Attempt;
 
 /// Newton iterations after which the search ends.
-const BUDGET: usize = 900;
+const BUDGET: usize = 400;
 /// Iterations of one attempt.
 const PROJECTED: usize = 40;
 const DIRECT: usize = 25;
@@ -39,25 +39,22 @@ impl Ladder<'_> {
 
     /// Tries everything; `None` where nothing converged.
     pub fn climb(&mut self, flow: &FlowResponse) -> Option<Converged> {
-        let order = std::env::var("RUNGS").unwrap_or("n,m,l,a,t".into());
         let system = self.case.system(flow, &self.case.condition, &self.case.layout);
-        for rung in order.split(',') {
-            let end = match rung {
-                "n" => self.projected(&system, Keep::Nearest),
-                "m" => self.projected(&system, Keep::Mass),
-                "d" => self.late(&system),
-                "l" => self.other_layouts(flow),
-                "a" => self.neighbouring_angles(flow),
-                _ => self.through_trips(&system),
-            };
-            if end.is_some() || self.spent() > BUDGET {
-                return end;
-            }
-        }
-        None
+        self.projected(&system, Keep::Nearest)
+            .or_else(|| self.other_layouts(flow))
+            .or_else(|| self.neighbouring_angles(flow))
+            .or_else(|| self.late(&system))
+            .or_else(|| self.projected(&system, Keep::Mass))
+    }
+
+    fn exhausted(&self) -> bool {
+        self.spent() > BUDGET
     }
 
     fn projected(&mut self, system: &System, keep: Keep) -> Option<Converged> {
+        if self.exhausted() {
+            return None;
+        }
         let start = system.march(&system.start());
         let end = newton::solve_projected(system, start, keep, self.case.settings.tolerance, PROJECTED);
         if end.converged {
@@ -74,9 +71,11 @@ impl Ladder<'_> {
     /// Starts laminar as far as possible and lets transition come upstream.
     fn late(&mut self, system: &System) -> Option<Converged> {
         for late in [[false, true], [true, false], [true, true]] {
+            if self.exhausted() {
+                break;
+            }
             let start = system.march_with(&system.start(), late);
-            let end =
-                newton::solve_projected(system, start, Keep::Nearest, self.case.settings.tolerance, PROJECTED);
+            let end = newton::solve_projected(system, start, Keep::Nearest, self.case.settings.tolerance, PROJECTED);
             if end.converged {
                 return Some(end);
             }
@@ -113,7 +112,7 @@ impl Ladder<'_> {
                     return Some(end);
                 }
             }
-            if self.spent() > BUDGET {
+            if self.exhausted() {
                 break;
             }
         }
@@ -139,6 +138,9 @@ impl Ladder<'_> {
     /// Solves at a neighbouring angle of attack and goes from there in steps.
     fn neighbouring_angles(&mut self, flow: &FlowResponse) -> Option<Converged> {
         for offset in ANGLES {
+            if self.exhausted() {
+                break;
+            }
             let there = FlowResponse::new(&self.case.section.response, flow.alpha + offset.to_radians());
             let system = self.case.system(&there, &self.case.condition, &self.case.layout);
             let what = format!("{offset:+} degrees");
@@ -147,7 +149,7 @@ impl Ladder<'_> {
             {
                 return Some(end);
             }
-            if self.spent() > BUDGET {
+            if self.exhausted() {
                 break;
             }
         }
@@ -156,7 +158,7 @@ impl Ladder<'_> {
 
     fn walk(&mut self, flow: &FlowResponse, mut offset: f64, mut from: Unknowns) -> Option<Converged> {
         let mut step = offset.abs().min(1.0);
-        while self.spent() <= BUDGET {
+        while !self.exhausted() {
             let next = if offset.abs() <= step { 0.0 } else { offset - step * offset.signum() };
             let there = FlowResponse::new(&self.case.section.response, flow.alpha + next.to_radians());
             let system = self.case.system(&there, &self.case.condition, &self.case.layout);
@@ -173,43 +175,6 @@ impl Ladder<'_> {
             step *= 0.5;
             if step < SMALLEST_STEP {
                 return None;
-            }
-        }
-        None
-    }
-
-    /// Moves trips from the nose downstream until they no longer act.
-    fn through_trips(&mut self, base: &System) -> Option<Converged> {
-        let wanted = base.trips;
-        let stagnation = base.start().stagnation;
-        let total = base.section.map.total;
-        let trips_at = |fraction: f64| {
-            let arcs = [stagnation * (1.0 - fraction), stagnation + fraction * (total - stagnation)];
-            [Some(wanted[0].map_or(arcs[0], |w| w.max(arcs[0]))), Some(wanted[1].map_or(arcs[1], |w| w.min(arcs[1])))]
-        };
-        let mut last: Option<Unknowns> = None;
-        let mut fraction = 0.03;
-        let mut factor = 1.7;
-        while self.spent() < BUDGET {
-            let done = fraction >= 1.0;
-            let system = System { trips: if done { wanted } else { trips_at(fraction) }, ..*base };
-            let start = last.clone().unwrap_or_else(|| system.march(&system.start()));
-            let end = newton::solve(&system, start, if done { self.case.settings.tolerance } else { 1e-5 }, DIRECT);
-            self.note(&format!("trips at {fraction:.3} of the sides"), &end);
-            if end.converged {
-                if done {
-                    return Some(end);
-                }
-                last = Some(end.unknowns);
-                fraction *= factor;
-            } else {
-                last.as_ref()?;
-                fraction /= factor;
-                factor = factor.sqrt();
-                if factor < 1.05 {
-                    return None;
-                }
-                fraction *= factor;
             }
         }
         None

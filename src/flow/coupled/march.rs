@@ -48,7 +48,7 @@ fn solve_station(
         if worst.is_nan() {
             return None;
         }
-        if worst < 1e-9 {
+        if worst < 1e-7 {
             return Some(state);
         }
         let free = if mode == Mode::Speed { 1 } else { 3 };
@@ -127,7 +127,7 @@ impl System<'_> {
                 Side::Lower => self.section.map.total - unknowns.stagnation,
             };
             let limit = self.trips[at].map_or(length, |s| side.sign() * (unknowns.stagnation - s));
-            let limit = limit.clamp(0.004 * length, 0.99 * length);
+            let limit = limit.clamp(0.004 * length, 0.992 * length);
             let first = self.march_laminar(&layer, side, limit, length, unknowns.stagnation);
             let found = if late[at] { limit } else { self.amplified(&first, limit, length) };
             unknowns.transition[at] = found.clamp(0.003 * length, limit);

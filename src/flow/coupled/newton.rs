@@ -1,8 +1,9 @@
 //! Newton's method on the coupled system, with step limits.
 
-use super::system::{Change, Linearised, Reduced, System};
+use super::chord;
 use super::duals::gradient;
 use super::project::Keep;
+use super::system::{Change, Linearised, Reduced, System};
 use super::transport::Profiles;
 use super::unknowns::{Side, Unknowns};
 use crate::flow::boundary_layer::station::Regime;
@@ -81,7 +82,7 @@ fn moved(system: &System, profiles: &Profiles, unknowns: &Unknowns, change: &Cha
         let x = &mut next.transition[side.index()];
         *x = (*x + factor * change.globals[1 + side.index()]).clamp(1e-3 * length, (1.0 - 1e-5) * length);
     }
-    if std::env::var("NOCARRY").is_err() { profiles.carry(system.layout, &mut next, total); }
+    profiles.carry(system.layout, &mut next, total);
     next
 }
 
@@ -99,7 +100,8 @@ pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usi
             let converged = residual <= ROUND_OFF.min(100.0 * tolerance);
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged };
         }
-        let Some(change) = Reduced::new(&at).map(|reduced| reduced.step()).filter(Change::is_finite) else {
+        let reduced = Reduced::new(&at);
+        let Some(change) = reduced.as_ref().map(Reduced::step).filter(Change::is_finite) else {
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged: false };
         };
         let norm = at.norm();
@@ -112,6 +114,12 @@ pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usi
         }
         let profiles = Profiles::new(system.layout, &unknowns, system.section.map.total);
         let mut factor = admissible(system, &at, &profiles, &unknowns, &change);
+        let kept = reduced.filter(|_| factor == 1.0);
+        if let Some(next) = kept.and_then(|r| chord::follow(system, &r, &unknowns, &change, norm, tolerance)) {
+            at = system.linearise(&next);
+            (unknowns, residual) = (next, at.residual());
+            continue;
+        }
         let mut halvings = 0;
         loop {
             let candidate = moved(system, &profiles, &unknowns, &change, factor);
@@ -125,32 +133,12 @@ pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usi
             halvings += 1;
         }
         residual = at.residual();
-        debug(&at, &change, factor, halvings, iteration, &unknowns);
     }
     Converged { unknowns, linearised: at, residual, iterations: limit, converged: false }
 }
 
-fn debug(at: &Linearised, change: &Change, factor: f64, halvings: i32, iteration: usize, unknowns: &Unknowns) {
-        if std::env::var("DBG").is_ok() {
-            let n = &at.numbering;
-            let mut w = (0.0f64, String::new());
-            for (k, b) in at.blocks.iter().enumerate() { for i in 0..3 { if b.residual[i].abs() > w.0 { w = (b.residual[i].abs(), format!("block {:?} eq{i}", n.on_side(k).map_or((None, k - n.wake_start()), |(s, j)| (Some(s), j)))); } } if at.speed_residual[k].abs() > w.0 { w = (at.speed_residual[k].abs(), format!("speed {:?}", n.on_side(k).map_or((None, k - n.wake_start()), |(s, j)| (Some(s), j)))); } }
-            for t in 0..2 { if at.transition[t].re.abs() > w.0 { w = (at.transition[t].re.abs(), format!("transition {t}")); } }
-            let c: Vec<(f64, String)> = change.stations.iter().enumerate().flat_map(|(k, c)| (0..4).map(move |i| (c[i].abs() / [0.4,0.4,2.0,0.25][i], k, i))).map(|(v,k,i)| (v, format!("{:?} u{i}", n.on_side(k).map_or((None, k - n.wake_start()), |(s, j)| (Some(s), j))))).collect();
-            let big = c.iter().fold((0.0, String::new()), |m, v| if v.0 > m.0 { v.clone() } else { m });
-            if std::env::var("DBG").is_ok_and(|v| v == "2") && iteration > 14 && iteration < 18 { for k in 112..120 { let d = &at.derived[k]; let st = &unknowns.stations[k]; eprintln!("   st {k} t {:.4} x {:.5} th {:.3e} H {:.4} S {:.5} u {:.5} m {:.4e} rs {:.2e} r {:?}", at.positions.index[119-k].re, at.positions.abscissas[0][k].re, d.theta.re, d.hk.re, st.third.exp(), st.log_speed.exp(), at.mass[k], at.speed_residual[k], at.blocks[k].residual.map(|v| (v*1e6) as i64)); } }
-    eprintln!("it {iteration} norm {:.2e} f {factor:.3} halv {halvings} worst {:.2e} {} | step {:.2e} {} globals {:?} | xT {:?} s0 {:.5}", at.norm(), w.0, w.1, big.0, big.1, change.globals, unknowns.transition, unknowns.stagnation);
-        }
-}
-
 /// As [`solve`], with every state put back onto the boundary-layer equations while the speeds are far apart.
-pub(crate) fn solve_projected(
-    system: &System,
-    start: Unknowns,
-    keep: Keep,
-    tolerance: f64,
-    limit: usize,
-) -> Converged {
+pub(crate) fn solve_projected(system: &System, start: Unknowns, keep: Keep, tolerance: f64, limit: usize) -> Converged {
     let mut unknowns = start;
     let mut at = system.linearise(&unknowns);
     for iteration in 0..limit {
@@ -177,7 +165,6 @@ pub(crate) fn solve_projected(
             Keep::Mass => defect_step(system, &at, &profiles, &unknowns, change),
         };
         at = system.linearise(&unknowns);
-        debug(&at, &Change { stations: vec![], globals: [0.0; 3] }, 1.0, 0, iteration, &unknowns);
     }
     let residual = at.residual();
     Converged { unknowns, linearised: at, residual, iterations: limit, converged: false }

@@ -131,7 +131,8 @@ impl March<'_, '_> {
     fn advance(&mut self, k: usize, gap: f64, equations: &Equations) {
         let regime = self.layer.numbering.regime(k);
         let here = self.unknowns.stations[k];
-        let target = Target { keep: self.keep, state: here, log_mass: self.log_mass.get(k).copied().unwrap_or(0.0), gap };
+        let target =
+            Target { keep: self.keep, state: here, log_mass: self.log_mass.get(k).copied().unwrap_or(0.0), gap };
         let found = solve_station(self.layer, regime, here, &target, equations).or_else(|| {
             let before = *self.unknowns.stations.get(k.wrapping_sub(1))?;
             solve_station(self.layer, regime, before, &target, equations)

@@ -3,6 +3,7 @@
 use super::edge::EdgeEquation;
 use super::kernel::stream_influence;
 use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
+use super::polar::{Polar, Straight};
 use crate::flow::FlowError;
 use crate::flow::linear::Factors;
 use nalgebra::DMatrix;
@@ -22,6 +23,8 @@ pub(crate) struct PanelSystem {
     pub source: DMatrix<f64>,
     /// The equation of the trailing edge.
     pub edge: EdgeEquation,
+    /// Distances and directions between the nodes.
+    pub polar: Polar,
 }
 
 impl PanelSystem {
@@ -29,15 +32,19 @@ impl PanelSystem {
         let n = outline.len();
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         let mut source = DMatrix::zeros(n, n - 1);
-        for i in 0..n {
-            for j in 0..n - 1 {
-                let influence = stream_influence(outline.panel(j), outline.nodes[i], outline.place(i, j));
+        let polar = Polar::among(&outline.nodes);
+        for j in 0..n - 1 {
+            let panel = Straight::new(outline.panel(j));
+            for i in 0..n {
+                let seen = polar.seen_of_surface(i, [j, j + 1], &panel);
+                let at = panel.local(outline.nodes[i]);
+                let influence = seen.sight(at, panel.length, outline.place(i, j)).stream();
                 matrix[(i, j)] += influence.vortex[0];
                 matrix[(i, j + 1)] += influence.vortex[1];
                 source[(i, j)] = influence.source;
             }
-            matrix[(i, n)] = -1.0;
         }
+        matrix.column_mut(n).rows_mut(0, n).fill(-1.0);
         if outline.trailing_edge == TrailingEdge::Blunt {
             for i in 0..n {
                 let closing = closing_influence(&outline, i);
@@ -62,7 +69,7 @@ impl PanelSystem {
             unit[(n - 1, c)] = -edge.cut.direction[c];
         }
         factors.solve(&mut unit);
-        Ok(Self { outline, factors, unit, source, edge })
+        Ok(Self { outline, factors, unit, source, edge, polar })
     }
 
     /// Vortex strengths at the nodes, equal to the speed along the surface (positive clockwise, in units of the

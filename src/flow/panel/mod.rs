@@ -8,6 +8,7 @@ pub(crate) mod forces;
 pub(crate) mod inviscid;
 pub(crate) mod kernel;
 pub(crate) mod outline;
+pub(crate) mod polar;
 pub(crate) mod wake;
 
 #[cfg(test)]
