@@ -59,6 +59,12 @@ impl Sheet {
         self.push(what, cells, ours <= limit);
     }
 
+    /// A number that should be reached.
+    pub fn at_least(&mut self, what: &str, least: f64, ours: f64) {
+        let cells = [format!(">= {least:.3e}"), format!("{ours:.3e}"), String::new(), String::new()];
+        self.push(what, cells, ours >= least);
+    }
+
     /// A count that should not exceed `limit`; `None` is a count that was never reached.
     pub fn count_at_most(&mut self, what: &str, limit: usize, ours: Option<usize>) {
         let shown = ours.map_or("never".into(), |n| n.to_string());

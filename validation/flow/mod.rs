@@ -1,0 +1,51 @@
+//! The flow solver against exact solutions, other codes, measurements, finite differences and a database of sections.
+
+mod common;
+mod database;
+
+pub use database::Database;
+
+use crate::Failure;
+use crate::sheet::Sheet;
+use clap::ValueEnum;
+use std::time::Instant;
+
+/// The tables of the topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// Convergence over a directory of coordinate files
+    Database,
+}
+
+/// Arguments of the topic.
+#[derive(Debug, Clone, clap::Args)]
+pub struct FlowArguments {
+    /// Only these tables of the topic flow
+    #[arg(long, value_delimiter = ',', value_name = "TABLE")]
+    only: Vec<Part>,
+    #[command(flatten)]
+    database: Database,
+}
+
+impl FlowArguments {
+    /// The tables asked for; the database where there is one.
+    fn parts(&self) -> Vec<Part> {
+        if self.database.is_given() {
+            return vec![Part::Database];
+        }
+        let all = Part::value_variants().iter().copied().filter(|part| *part != Part::Database);
+        if self.only.is_empty() { all.collect() } else { self.only.clone() }
+    }
+}
+
+pub fn sheets(arguments: &FlowArguments, _quick: bool) -> Result<Vec<Sheet>, Failure> {
+    let mut sheets = Vec::new();
+    for part in arguments.parts() {
+        let start = Instant::now();
+        match part {
+            Part::Database => sheets.extend(database::sheets(&arguments.database)?),
+        }
+        eprintln!("validate: flow, {part:?} took {:.1} s", start.elapsed().as_secs_f64());
+    }
+    Ok(sheets)
+}
