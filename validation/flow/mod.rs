@@ -2,6 +2,7 @@
 
 mod common;
 mod database;
+mod smoothness;
 
 pub use database::Database;
 
@@ -13,6 +14,8 @@ use std::time::Instant;
 /// The tables of the topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
+    /// Drag along smooth shape modes
+    Smoothness,
     /// Convergence over a directory of coordinate files
     Database,
 }
@@ -38,11 +41,12 @@ impl FlowArguments {
     }
 }
 
-pub fn sheets(arguments: &FlowArguments, _quick: bool) -> Result<Vec<Sheet>, Failure> {
+pub fn sheets(arguments: &FlowArguments, quick: bool) -> Result<Vec<Sheet>, Failure> {
     let mut sheets = Vec::new();
     for part in arguments.parts() {
         let start = Instant::now();
         match part {
+            Part::Smoothness => sheets.extend(smoothness::sheets(quick)?),
             Part::Database => sheets.extend(database::sheets(&arguments.database)?),
         }
         eprintln!("validate: flow, {part:?} took {:.1} s", start.elapsed().as_secs_f64());
