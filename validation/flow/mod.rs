@@ -2,6 +2,7 @@
 
 mod common;
 mod database;
+mod gradients;
 mod smoothness;
 
 pub use database::Database;
@@ -14,6 +15,8 @@ use std::time::Instant;
 /// The tables of the topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
+    /// Exact derivatives against finite differences
+    Gradients,
     /// Drag along smooth shape modes
     Smoothness,
     /// Convergence over a directory of coordinate files
@@ -46,6 +49,7 @@ pub fn sheets(arguments: &FlowArguments, quick: bool) -> Result<Vec<Sheet>, Fail
     for part in arguments.parts() {
         let start = Instant::now();
         match part {
+            Part::Gradients => sheets.extend(gradients::sheets(quick)?),
             Part::Smoothness => sheets.extend(smoothness::sheets(quick)?),
             Part::Database => sheets.extend(database::sheets(&arguments.database)?),
         }
