@@ -1,7 +1,7 @@
 //! Nodes as the command makes them, and work shared out over the cores.
 
 use crate::Failure;
-use aeroform::flow::{PanelledSection, panel_parameters};
+use aeroform::flow::{PanelledSection, Solution, panel_parameters};
 use aeroform::section::{Section, SectionDefinition};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -54,4 +54,13 @@ pub fn in_parallel<T: Sync, R: Send>(jobs: usize, items: &[T], work: impl Fn(&T)
     let mut results = results.into_inner().unwrap_or_else(|e| e.into_inner());
     results.sort_by_key(|(index, _)| *index);
     results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Whether the laminar layer separates before transition, upper and lower side.
+pub fn bubbles(solution: &Solution) -> [bool; 2] {
+    let distributions = solution.distributions();
+    [&distributions.upper, &distributions.lower].map(|side| {
+        // turbulent stations have a shear stress
+        side.iter().any(|station| station.shear_stress == 0.0 && station.skin_friction < 0.0)
+    })
 }

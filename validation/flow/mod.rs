@@ -3,7 +3,11 @@
 mod common;
 mod database;
 mod gradients;
+mod inviscid;
+mod reference;
+mod sharp;
 mod smoothness;
+mod xfoil;
 
 pub use database::Database;
 
@@ -15,6 +19,12 @@ use std::time::Instant;
 /// The tables of the topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
+    /// Sharp edges against MSES, and closing gaps
+    Sharp,
+    /// Exact lift of mapped circles; other panel codes
+    Inviscid,
+    /// Blunt sections against XFOIL, and twice the resolution
+    Xfoil,
     /// Exact derivatives against finite differences
     Gradients,
     /// Drag along smooth shape modes
@@ -49,6 +59,9 @@ pub fn sheets(arguments: &FlowArguments, quick: bool) -> Result<Vec<Sheet>, Fail
     for part in arguments.parts() {
         let start = Instant::now();
         match part {
+            Part::Sharp => sheets.extend(sharp::sheets()?),
+            Part::Inviscid => sheets.extend(inviscid::sheets()?),
+            Part::Xfoil => sheets.extend(xfoil::sheets(quick)?),
             Part::Gradients => sheets.extend(gradients::sheets(quick)?),
             Part::Smoothness => sheets.extend(smoothness::sheets(quick)?),
             Part::Database => sheets.extend(database::sheets(&arguments.database)?),
