@@ -59,7 +59,7 @@ impl Topic {
             Self::L2 => l2::sheets(),
             Self::Folding => folding::sheets(quick),
             Self::Differences => differences::sheets(quick),
-            Self::Flow => flow::sheets(&arguments.flow, quick),
+            Self::Flow => Ok(flow::sheets(&arguments.flow, quick)),
         }
     }
 }
