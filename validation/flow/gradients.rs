@@ -34,6 +34,15 @@ struct Sample {
     seed: u64,
 }
 
+/// A derivative to be checked.
+struct Line {
+    /// Index into [`KINDS`].
+    kind: usize,
+    /// Step of the differences.
+    step: f64,
+    direction: Direction,
+}
+
 /// Along what a derivative is taken.
 enum Direction {
     /// All nodes, each so far.
@@ -106,8 +115,8 @@ impl Sample {
         panels.analyze(condition, &SETTINGS, warm).map_err(|e| e.to_string())
     }
 
-    /// Directions with their kinds and steps.
-    fn directions(&self, nodes: &[[f64; 2]]) -> Result<Vec<(usize, f64, Direction)>, String> {
+    /// Lines through the sample.
+    fn directions(&self, nodes: &[[f64; 2]]) -> Result<Vec<Line>, String> {
         let mut random = Random::new(self.seed);
         let last = nodes.len() - 1;
         let sharp = self.section.trailing_edge() == TrailingEdge::Sharp;
@@ -124,7 +133,7 @@ impl Sample {
         }
         // waves of the node index that return to where they began, so that a closed edge stays closed
         let (amplitudes, phases) =
-            ([(); 6].map(|()| random.between(-1.0, 1.0)), [(); 6].map(|()| random.between(0.0, 6.28)));
+            ([(); 6].map(|()| random.between(-1.0, 1.0)), [(); 6].map(|()| random.between(0.0, std::f64::consts::TAU)));
         let wave = |k: usize, axis: usize| -> f64 {
             let turn = std::f64::consts::TAU * (k % last) as f64 / last as f64;
             (0..3).map(|m| amplitudes[2 * m + axis] * (m as f64 * turn + phases[2 * m + axis]).cos()).sum()
@@ -137,17 +146,18 @@ impl Sample {
         // the box is linear in its control points
         let moved = self.nodes(&moves)?;
         let box_variable = moved.iter().zip(nodes).map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).collect();
+        let line = |kind, step, direction| Line { kind, step, direction };
         let mut directions = vec![
-            (0, 2e-5, Direction::Nodes(single)),
-            (1, 1e-5, Direction::Nodes(tail)),
-            (2, 2e-5, Direction::Nodes(mode)),
-            (3, 2e-4, Direction::Alpha),
-            (5, 1e-2 * self.condition.reynolds, Direction::Reynolds),
-            (6, 2e-4, Direction::Nodes(box_variable)),
+            line(0, 2e-5, Direction::Nodes(single)),
+            line(1, 1e-5, Direction::Nodes(tail)),
+            line(2, 2e-5, Direction::Nodes(mode)),
+            line(3, 2e-4, Direction::Alpha),
+            line(5, 1e-2 * self.condition.reynolds, Direction::Reynolds),
+            line(6, 2e-4, Direction::Nodes(box_variable)),
         ];
         // no differences across Mach 0
         if self.condition.mach > 0.0 {
-            directions.push((4, 1e-3, Direction::Mach));
+            directions.push(line(4, 1e-3, Direction::Mach));
         }
         Ok(directions)
     }
@@ -158,8 +168,8 @@ impl Sample {
         let base = self.solve(&nodes, &self.condition, None)?;
         let Some(gradients) = base.gradients().filter(|_| base.is_reliable()) else { return Ok(None) };
         let mut rows = Vec::new();
-        for (kind, step, direction) in self.directions(&nodes)? {
-            rows.extend(self.compare(&base, &gradients, &nodes, kind, step, &direction, bar));
+        for line in self.directions(&nodes)? {
+            rows.extend(self.compare(&base, &gradients, &nodes, &line, bar));
         }
         Ok(Some(rows))
     }
@@ -182,16 +192,8 @@ impl Sample {
         Ok(vec![solution.cl, solution.cd, solution.cm])
     }
 
-    fn compare(
-        &self,
-        base: &Solution,
-        gradients: &Gradients,
-        nodes: &[[f64; 2]],
-        kind: usize,
-        step: f64,
-        direction: &Direction,
-        bar: f64,
-    ) -> Vec<Row> {
+    fn compare(&self, base: &Solution, gradients: &Gradients, nodes: &[[f64; 2]], line: &Line, bar: f64) -> Vec<Row> {
+        let Line { kind, step, ref direction } = *line;
         let along = |d: &Derivatives| match direction {
             Direction::Nodes(v) => d.nodes.iter().zip(v).map(|(g, v)| g[0] * v[0] + g[1] * v[1]).sum(),
             Direction::Alpha => d.alpha,

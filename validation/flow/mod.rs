@@ -15,6 +15,7 @@ pub use database::Database;
 
 use crate::sheet::Sheet;
 use clap::ValueEnum;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// The tables of the topic.
@@ -44,6 +45,9 @@ pub struct FlowArguments {
     /// Only these tables of the topic flow
     #[arg(long, value_delimiter = ',', value_name = "TABLE")]
     only: Vec<Part>,
+    /// Write every point of the smoothness lines of the topic flow into this file
+    #[arg(long, value_name = "FILE")]
+    scans: Option<PathBuf>,
     #[command(flatten)]
     database: Database,
 }
@@ -70,7 +74,7 @@ pub fn sheets(arguments: &FlowArguments, quick: bool) -> Vec<Sheet> {
             Part::Inviscid => inviscid::sheets(),
             Part::Xfoil => xfoil::sheets(quick),
             Part::Gradients => gradients::sheets(quick),
-            Part::Smoothness => smoothness::sheets(quick),
+            Part::Smoothness => smoothness::sheets(quick, arguments.scans.as_deref()),
             Part::Database => database::sheets(&arguments.database),
         };
         // what is wrong with one table should not hide the others

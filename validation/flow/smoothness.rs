@@ -6,6 +6,8 @@ use crate::random::Random;
 use crate::sheet::Sheet;
 use aeroform::flow::{Condition, FlowError, Incidence, Settings, Solution, analyze};
 use aeroform::report::{Align, Table};
+use std::fmt::Write;
+use std::path::Path;
 
 const SECTIONS: [&str; 7] = [
     "naca0012",
@@ -57,6 +59,8 @@ struct Scan {
 
 /// What was found along it.
 struct Found {
+    /// Amplitude over reach, drag, transition on both sides, in order of the amplitude.
+    points: Vec<[f64; 4]>,
     /// Points that did not converge.
     lost: usize,
     rms: f64,
@@ -64,9 +68,29 @@ struct Found {
     drag: f64,
     slope: f64,
     exact: f64,
+    /// Largest difference of drag between cold and warm starts at the two ends.
+    cold: f64,
 }
 
 impl Found {
+    /// Estimate of the largest jump of drag between neighbours, and where.
+    fn jump(&self) -> (f64, f64) {
+        let mut largest = (0.0, 0.0);
+        for window in self.points.windows(5) {
+            let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|k| window[k][1]);
+            // a point lost between
+            if window[4][0] - window[0][0] > 4.5 / STEPS as f64 {
+                continue;
+            }
+            // fourth differences take a step of one to three
+            let jump = (a - 4.0 * b + 6.0 * c - 4.0 * d + e).abs() / 3.0;
+            if jump > largest.0 {
+                largest = (jump, REACH * window[2][0]);
+            }
+        }
+        largest
+    }
+
     fn slope_error(&self) -> f64 {
         // a slope near zero is judged by a change of drag of one in a thousand over the reach
         (self.slope - self.exact).abs() / self.exact.abs().max(1e-3 * self.drag / REACH)
@@ -113,23 +137,33 @@ impl Scan {
         let middle = at(0.0, None).map_err(|e| e.to_string())?;
         let Some(gradients) = middle.gradients().filter(|_| middle.is_reliable()) else { return Ok(None) };
         let exact = gradients.cd.nodes.iter().zip(&direction).map(|(g, d)| g[1] * d).sum();
-        let (mut points, mut lost) = (vec![(0.0, middle.cd)], 0);
+        let mut cold = 0.0f64;
+        let record = |x: f64, s: &Solution| [x, s.cd, s.transition[0], s.transition[1]];
+        let (mut points, mut lost) = (vec![record(0.0, &middle)], 0);
         for sign in [-1.0, 1.0] {
             let mut last = middle.clone();
             for k in 1..=STEPS {
                 let x = sign * k as f64 / STEPS as f64;
                 let solution = at(REACH * x, Some(&last)).map_err(|e| e.to_string())?;
                 if solution.is_reliable() {
-                    points.push((x, solution.cd));
+                    points.push(record(x, &solution));
                     last = solution;
                 } else {
                     lost += 1;
                 }
+                if k == STEPS && last.is_reliable() {
+                    let fresh = at(REACH * x, None).map_err(|e| e.to_string())?;
+                    // one of the two ways may not converge: that is counted elsewhere
+                    if let (true, Some(end)) = (fresh.is_reliable(), points.iter().find(|p| p[0] == x)) {
+                        cold = cold.max((fresh.cd - end[1]).abs());
+                    }
+                }
             }
         }
+        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let (rms, slope) = polynomial(&points, DEGREE);
         let (high_rms, _) = polynomial(&points, HIGH_DEGREE);
-        Ok(Some(Found { lost, rms, high_rms, drag: middle.cd, slope: slope / REACH, exact }))
+        Ok(Some(Found { points, lost, rms, high_rms, drag: middle.cd, slope: slope / REACH, exact, cold }))
     }
 
     fn describe(&self) -> String {
@@ -139,9 +173,9 @@ impl Scan {
     }
 }
 
-/// Least-squares polynomial of `points` over −1 … 1 by orthogonalisation: what is left (root mean square), slope at 0.
-fn polynomial(points: &[(f64, f64)], degree: usize) -> (f64, f64) {
-    let mut rest: Vec<f64> = points.iter().map(|p| p.1).collect();
+/// Least-squares polynomial of the drag of `points` over −1 … 1 by orthogonalisation: what is left (root mean square), slope at 0.
+fn polynomial(points: &[[f64; 4]], degree: usize) -> (f64, f64) {
+    let mut rest: Vec<f64> = points.iter().map(|p| p[1]).collect();
     let mut slope = 0.0;
     // values at the points, value and slope at 0 of orthonormal polynomials
     let mut basis: Vec<(Vec<f64>, [f64; 2])> = Vec::new();
@@ -149,7 +183,7 @@ fn polynomial(points: &[(f64, f64)], degree: usize) -> (f64, f64) {
         // from the one before times x, so that high powers stay apart
         let (mut v, mut at_zero) = match basis.last() {
             None => (vec![1.0; points.len()], [1.0, 0.0]),
-            Some((last, [value, _])) => (last.iter().zip(points).map(|(b, p)| b * p.0).collect(), [0.0, *value]),
+            Some((last, [value, _])) => (last.iter().zip(points).map(|(b, p)| b * p[0]).collect(), [0.0, *value]),
         };
         for _ in 0..2 {
             for (b, own) in &basis {
@@ -173,12 +207,18 @@ fn polynomial(points: &[(f64, f64)], degree: usize) -> (f64, f64) {
     ((rest.iter().map(|r| r * r).sum::<f64>() / rest.len() as f64).sqrt(), slope)
 }
 
-pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {
+/// The tables; every point of every line is written to the file `scans`.
+pub fn sheets(quick: bool, scans: Option<&Path>) -> Result<Vec<Sheet>, Failure> {
+    let mut listing = String::from("scan,amplitude,cd,transition_upper,transition_lower\n");
     let count = if quick { 1 } else { 30 };
-    Ok(vec![sheet(count, true, 1e-9, 1e-3)?, sheet(count, false, 5e-9, 1e-2)?])
+    let sheets = vec![sheet(count, true, 1e-9, 1e-3, &mut listing)?, sheet(count, false, 5e-9, 1e-2, &mut listing)?];
+    if let Some(path) = scans {
+        std::fs::write(path, listing).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
+    Ok(sheets)
 }
 
-fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64) -> Result<Sheet, Failure> {
+fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64, listing: &mut String) -> Result<Sheet, Failure> {
     let mut random = Random::new(if tripped { 71 } else { 72 });
     let scans: Vec<Scan> = (0..count).map(|_| Scan::random(&mut random, tripped)).collect();
     let found = in_parallel(cores(), &scans, Scan::run).into_iter().collect::<Result<Vec<_>, String>>()?;
@@ -187,34 +227,57 @@ fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64) -> Result<Sheet,
         "{count} random lines through shape space: a Hicks-Henne bump on each surface, {} points over +-{REACH} chords, alpha 0\n\
          to 6, Re 1e6 to 6e6, M 0 to 0.3, warm starts from the neighbour, solver settings of the command. Scatter: root mean\n\
          square about the least-squares quintic (of degree {HIGH_DEGREE} beside it: what remains there is no mere bending). Slope: of the\n\
-         quintic in the middle, against the exact gradient; slopes below a thousandth of the drag over the reach count as that.",
+         quintic in the middle, against the exact gradient; slopes below a thousandth of the drag over the reach count as that.\n\
+         Jump: a third of the largest fourth difference, and its amplitude. Last column: drag from a cold start less that reached\n\
+         along the line, at the ends.",
         2 * STEPS + 1
     );
     let mut sheet = Sheet::new(title, &text);
-    let columns = ["lost", "CD", "rms, degree 5", "rms, degree 11", "slope of fit", "exact", "slope error"];
+    let columns = [
+        "lost",
+        "CD",
+        "rms, degree 5",
+        "rms, degree 11",
+        "slope of fit",
+        "exact",
+        "slope error",
+        "jump",
+        "at",
+        "cold - warm",
+    ];
     let columns = columns.map(|name| (name, Align::Right));
     let mut figures = Table::new([("scan", Align::Left)].into_iter().chain(columns));
     for (scan, found) in scans.iter().zip(&found) {
-        let cells = match found {
-            None => vec!["the section itself does not converge".into()],
-            Some(f) => vec![
-                f.lost.to_string(),
-                format!("{:.7}", f.drag),
-                format!("{:.1e}", f.rms),
-                format!("{:.1e}", f.high_rms),
-                format!("{:.5e}", f.slope),
-                format!("{:.5e}", f.exact),
-                format!("{:.3} %", 100.0 * f.slope_error()),
-            ],
+        let Some(f) = found else {
+            figures.row([scan.describe() + ": not converged"]);
+            continue;
         };
-        figures.row(std::iter::once(scan.describe()).chain(cells));
+        figures.row([
+            scan.describe(),
+            f.lost.to_string(),
+            format!("{:.7}", f.drag),
+            format!("{:.1e}", f.rms),
+            format!("{:.1e}", f.high_rms),
+            format!("{:.5e}", f.slope),
+            format!("{:.5e}", f.exact),
+            format!("{:.3} %", 100.0 * f.slope_error()),
+            format!("{:.0e}", f.jump().0),
+            format!("{:+.1e}", f.jump().1),
+            format!("{:.0e}", f.cold),
+        ]);
     }
     sheet.set_figures(figures);
+    for (scan, found) in scans.iter().zip(&found) {
+        for [x, drag, upper, lower] in found.iter().flat_map(|f| &f.points) {
+            let _ = writeln!(listing, "\"{}\",{:.6e},{drag},{upper},{lower}", scan.describe(), REACH * x);
+        }
+    }
     let lines: Vec<&Found> = found.iter().flatten().collect();
     let worst = |of: fn(&Found) -> f64| lines.iter().map(|f| of(f)).fold(0.0, f64::max);
     let above = |of: fn(&Found) -> f64, bar: f64| lines.iter().filter(|f| !(of(f) <= bar)).count();
     sheet.count_at_most("lines whose section does not converge", 0, Some(count - lines.len()));
     sheet.count_at_most("points lost along the others", 0, Some(lines.iter().map(|f| f.lost).sum()));
+    sheet.at_most("worst difference of cold and warm starts", 1e-9, worst(|f| f.cold));
     sheet.at_most("worst scatter about the quintic", scatter, worst(|f| f.rms));
     sheet.count_at_most("lines that scatter more", 0, Some(above(|f| f.rms, scatter)));
     sheet.at_most("worst error of slope", slope, worst(Found::slope_error));
