@@ -21,16 +21,16 @@ use std::time::Instant;
 /// The tables of the topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
-    /// Measurements of a NACA 0012
-    Experiment,
-    /// Flat-plate laws
-    Plate,
-    /// Sharp edges against MSES, and closing gaps
-    Sharp,
     /// Exact lift of mapped circles; other panel codes
     Inviscid,
     /// Blunt sections against XFOIL, and twice the resolution
     Xfoil,
+    /// Sharp edges against MSES, and closing gaps
+    Sharp,
+    /// Measurements of a NACA 0012
+    Experiment,
+    /// Flat-plate laws
+    Plate,
     /// Exact derivatives against finite differences
     Gradients,
     /// Drag along smooth shape modes
@@ -68,11 +68,11 @@ pub fn sheets(arguments: &FlowArguments, quick: bool) -> Vec<Sheet> {
     for part in arguments.parts() {
         let start = Instant::now();
         let result = match part {
-            Part::Experiment => experiment::sheets(),
-            Part::Plate => plate::sheets(),
-            Part::Sharp => sharp::sheets(quick),
             Part::Inviscid => inviscid::sheets(),
             Part::Xfoil => xfoil::sheets(quick),
+            Part::Sharp => sharp::sheets(quick),
+            Part::Experiment => experiment::sheets(),
+            Part::Plate => plate::sheets(),
             Part::Gradients => gradients::sheets(quick),
             Part::Smoothness => smoothness::sheets(quick, arguments.scans.as_deref()),
             Part::Database => database::sheets(&arguments.database),
