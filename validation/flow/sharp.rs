@@ -94,7 +94,11 @@ fn mses(quick: bool) -> Result<Sheet, Failure> {
             difference(p.moment, s.cm),
             difference(p.transition[0], s.transition[0]),
             difference(p.transition[1], s.transition[1]),
-            if reliable { String::new() } else { s.status.to_string() },
+            match (reliable, fine.is_reliable()) {
+                (true, true) => String::new(),
+                (false, _) => s.status.to_string(),
+                (true, false) => format!("320 panels: {}", fine.status),
+            },
         ]);
         if p.sharp {
             let tolerance = if p.lift == 0.0 { 0.005 } else { LIFT * p.lift.abs() };
