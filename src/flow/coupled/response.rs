@@ -277,7 +277,7 @@ fn nodes_by_wake(
     }
     share_edge_rows(&mut stream, n);
     stream.row_mut(n - 1).fill(0.0);
-    for (h, influence) in section.panels.edge.by_wake(&points).into_iter().enumerate() {
+    for (h, influence) in section.panels.edge.by_wake(points).into_iter().enumerate() {
         stream[(n - 1, h)] = -influence;
     }
     let mut response = product(&stream, strengths);

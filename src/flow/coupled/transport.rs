@@ -130,8 +130,6 @@ impl Profiles {
                 state.log_speed += speed;
             }
         }
-        let turbulent = layout.laminar.len()..layout.side();
-        assert_eq!(next.stations[turbulent.clone()], start.stations[turbulent]);
     }
 }
 
@@ -178,7 +176,7 @@ mod tests {
     #[test]
     fn moving_the_stations_leaves_the_layer_where_it_is() {
         let layout = Layout::new(40, 30, 0);
-        let field = |l: f64| [0.5 * l - 7.0, 0.1 * l * l, (3.0 * l).sin(), l];
+        let field = |l: f64| [0.5 * l - 7.0, 0.1 * l * l, (2.0 * l).sin(), l];
         let start = unknowns(&layout, 0.4, field);
         let profiles = Profiles::new(&layout, &start, 2.0);
         let mut next = start.clone();
