@@ -10,7 +10,7 @@ use super::coupled::speeds::value_at;
 use super::coupled::surface::invert;
 use super::coupled::system::System;
 use super::coupled::unknowns::Unknowns;
-use super::ladder::Ladder;
+use super::ladder::{Found, Ladder};
 use super::outputs::pressure_forces;
 use super::panel::forces::KarmanTsien;
 use super::panel::outline::{Outline, TrailingEdge};
@@ -101,14 +101,14 @@ impl PanelledSection {
         let warm = warm.map(|s| &s.record.unknowns);
         let warm = warm.filter(|u| u.stations.len() == 2 * case.layout.side() + case.layout.wake);
         let flow = FlowResponse::new(&self.response, alpha);
-        let (end, attempts) = case.converge(&flow, warm);
+        let ((end, layout), attempts) = case.converge(&flow, warm);
         let trips = case.trip_arcs();
         let point = OperatingPoint {
             condition: *condition,
             section: Arc::clone(&self.response),
             nodes: self.nodes.clone(),
             flow,
-            layout: case.layout,
+            layout,
             trips,
         };
         Ok(Solution::new(point, end, attempts))
@@ -197,21 +197,21 @@ impl Case<'_> {
     }
 
     /// Warm start, cold start, then easier conditions that lead to the one wanted.
-    fn converge(&self, flow: &FlowResponse, warm: Option<&Unknowns>) -> (Converged, Vec<Attempt>) {
+    fn converge(&self, flow: &FlowResponse, warm: Option<&Unknowns>) -> (Found, Vec<Attempt>) {
         let mut attempts = Vec::new();
         if let Some(warm) = warm {
             let end = self.solve(flow, &self.condition, Some(warm));
             if end.converged {
-                return (end, attempts);
+                return ((end, self.layout.clone()), attempts);
             }
             attempts.push(Attempt::of("warm start", &end));
         }
         let direct = self.solve(flow, &self.condition, None);
         if direct.converged || !self.settings.retry {
-            return (direct, attempts);
+            return ((direct, self.layout.clone()), attempts);
         }
         attempts.push(Attempt::of("march", &direct));
         let (found, attempts) = Ladder::new(self, flow, attempts).climb();
-        (found.unwrap_or(direct), attempts)
+        (found.unwrap_or_else(|| (direct, self.layout.clone())), attempts)
     }
 }

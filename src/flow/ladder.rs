@@ -18,6 +18,8 @@ const PROJECTED: usize = 18;
 const DIRECT: usize = 25;
 /// Laminar stations of the coarser and finer layouts tried, over those wanted.
 const LAYOUTS: [f64; 4] = [0.6, 0.8, 0.45, 1.25];
+/// The same, as a last hope.
+const SPARE_LAYOUTS: [f64; 4] = [0.9, 0.7, 1.1, 0.35];
 /// Stations on the way along a continuation, over those wanted.
 const FEWER: f64 = 0.6;
 /// Neighbouring angles of attack tried, in degrees from the one wanted.
@@ -36,27 +38,49 @@ pub(super) struct Ladder<'a> {
     pub(super) stagnation: f64,
     attempts: Vec<Attempt>,
     work: f64,
+    /// A solution with other numbers of stations from which none with those wanted was reached.
+    spare: Option<(Layout, Unknowns)>,
 }
+
+/// What a search found: the solution and the layout of its stations.
+pub(super) type Found = (Converged, Layout);
 
 impl<'a> Ladder<'a> {
     /// For a flow of which `attempts` have been made.
     pub fn new(case: &'a Case<'a>, flow: &'a FlowResponse, attempts: Vec<Attempt>) -> Self {
         let stagnation = case.system(flow, &case.condition, &case.layout).start().stagnation;
-        Self { case, flow, stagnation, attempts, work: 0.0 }
+        Self { case, flow, stagnation, attempts, work: 0.0, spare: None }
     }
 
     /// Tries everything; `None` where nothing converged. With it what was tried.
-    pub fn climb(mut self) -> (Option<Converged>, Vec<Attempt>) {
+    pub fn climb(mut self) -> (Option<Found>, Vec<Attempt>) {
         let found = self
-            .other_layouts()
+            .other_layouts(&LAYOUTS)
             .or_else(|| self.neighbouring_angles(FEWER, &NEAR))
             .or_else(|| self.temporary_trips(FEWER))
             .or_else(|| self.temporary_trips(1.0))
             .or_else(|| self.higher_reynolds(FEWER))
             .or_else(|| self.angles_with_trips(FEWER))
-            .or_else(|| self.neighbouring_angles(FEWER, &FAR))
-            .or_else(|| self.neighbouring_angles(1.0, &NEAR));
+            .or_else(|| self.neighbouring_angles(FEWER, &FAR));
+        let found = match found {
+            Some(end) => Some((end, self.case.layout.clone())),
+            None => self.with_other_stations(),
+        };
         (found, self.attempts)
+    }
+
+    /// The flow with other numbers of stations than those wanted, where that is all there is.
+    fn with_other_stations(&mut self) -> Option<Found> {
+        if self.spare.is_none() {
+            self.work = 0.5 * BUDGET;
+            self.other_layouts(&SPARE_LAYOUTS);
+        }
+        let (layout, start) = self.spare.take()?;
+        let case = self.case;
+        let system = case.system(self.flow, &case.condition, &layout);
+        let end = newton::solve(&system, start, case.settings.tolerance, DIRECT);
+        self.note(&format!("{} laminar stations for good", layout.laminar.len()), &end);
+        end.converged.then_some((end, layout))
     }
 
     pub(super) fn exhausted(&self) -> bool {
@@ -91,8 +115,11 @@ impl<'a> Ladder<'a> {
     }
 
     /// Solves with other numbers of stations and takes that as a start.
-    fn other_layouts(&mut self) -> Option<Converged> {
-        LAYOUTS.into_iter().find_map(|share| {
+    fn other_layouts(&mut self, shares: &[f64]) -> Option<Converged> {
+        shares.iter().find_map(|share| {
+            if self.exhausted() {
+                return None;
+            }
             let wanted = &self.case.layout;
             let laminar = ((wanted.laminar.len() as f64 * share) as usize).max(15);
             let layout = Layout::new(laminar, wanted.turbulent.len(), wanted.wake);
@@ -109,7 +136,11 @@ impl<'a> Ladder<'a> {
         let case = self.case;
         let start = resample(layout, &case.layout, from, case.section.response.map.total);
         let system = case.system(self.flow, &case.condition, &case.layout);
-        self.quick(&system, start, case.settings.tolerance, &format!("from {what}"))
+        let end = self.quick(&system, start, case.settings.tolerance, &format!("from {what}"));
+        if end.is_none() && self.spare.as_ref().is_none_or(|(l, _)| l.laminar.len() < layout.laminar.len()) {
+            self.spare = Some((layout.clone(), from.clone()));
+        }
+        end
     }
 
     fn fewer(&self, share: f64) -> Layout {

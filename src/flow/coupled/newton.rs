@@ -47,12 +47,13 @@ fn admissible(system: &System, at: &Linearised, profiles: &Profiles, unknowns: &
     };
     for (k, change_here) in change.stations.iter().enumerate() {
         let [theta, shape, third, speed] = match at.numbering.on_side(k) {
-            Some((side, j)) => {
+            // laminar states move with the stations through the layer, turbulent ones with the stations
+            Some((side, j)) if j < at.numbering.laminar => {
                 let x = &at.positions.abscissas[side.index()][j];
                 let log_step = (0..3).map(|g| gradient(x)[g] * change.globals[g]).sum::<f64>() / x.re;
                 profiles.material(k, change_here, log_step)
             }
-            None => *change_here,
+            _ => *change_here,
         };
         limit(theta, LOG_THETA);
         limit(shape, LOG_SHAPE);

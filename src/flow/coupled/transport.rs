@@ -43,8 +43,7 @@ impl Profiles {
         let mut slopes = vec![[0.0; 4]; values.len()];
         for side in Side::BOTH {
             let x = &log_x[side.index()];
-            {
-                let range = 0..numbering.laminar;
+            for range in [0..numbering.laminar, numbering.laminar..numbering.side] {
                 for j in range.clone() {
                     let at = |j: usize| values[numbering.station(side, j)];
                     let slope = |a: usize, b: usize| -> Vector {
@@ -140,28 +139,19 @@ impl Profiles {
     }
 }
 
-/// The same layer on the stations of another layout, linear in between.
+/// The same layer on the stations of another layout.
 pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f64) -> Unknowns {
-    let (old, new) = (Numbering::new(from), Numbering::new(to));
-    let (old_x, new_x) = (logs(from, unknowns, total), logs(to, unknowns, total));
+    let new = Numbering::new(to);
+    let profiles = Profiles::new(from, unknowns, total);
+    let places = logs(to, unknowns, total);
     let mut stations = Vec::with_capacity(new.stations());
     for side in Side::BOTH {
-        let (x, wanted) = (&old_x[side.index()], &new_x[side.index()]);
-        for (j, l) in wanted.iter().enumerate() {
-            let range = if j < new.laminar { 0..old.laminar } else { old.laminar..old.side };
-            let b = (range.start + x[range.clone()].partition_point(|v| v < l)).clamp(range.start + 1, range.end - 1);
-            // the first stations follow u ~ x, all others stay within the layer
-            let low = if j < new.laminar { -5.0 } else { -0.5 };
-            let t = ((l - x[b - 1]) / (x[b] - x[b - 1])).clamp(low, 1.0);
-            let (p, q) = (
-                vector(&unknowns.stations[old.station(side, b - 1)]),
-                vector(&unknowns.stations[old.station(side, b)]),
-            );
-            let [log_theta, log_shape, third, log_speed] = std::array::from_fn(|i| p[i] + t * (q[i] - p[i]));
+        for (j, log_x) in places[side.index()].iter().enumerate() {
+            let [log_theta, log_shape, third, log_speed] = profiles.find(side, j < new.laminar, *log_x);
             stations.push(State { log_theta, log_shape, third, log_speed });
         }
     }
-    stations.extend_from_slice(&unknowns.stations[old.wake_start()..]);
+    stations.extend_from_slice(&unknowns.stations[profiles.numbering.wake_start()..]);
     Unknowns { stations, ..unknowns.clone() }
 }
 
