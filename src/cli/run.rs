@@ -28,7 +28,7 @@ pub(super) struct RunArguments {
     /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit
     #[arg(long)]
     resume: bool,
-    /// Optimiser instead of the case's: lbfgs or newton
+    /// Optimiser instead of the case's: lbfgs, newton or slsqp
     #[arg(long)]
     method: Option<String>,
     /// Print one JSON object (the content of result.json)
@@ -85,6 +85,10 @@ fn method(settings: &OptimizerSettings) -> Result<Method, Failure> {
         Method::Newton(newton) => {
             newton.objective_tolerance = settings.tolerance.unwrap_or(newton.objective_tolerance);
         }
+        Method::Slsqp(slsqp) => {
+            slsqp.optimality_tolerance = settings.tolerance.unwrap_or(slsqp.optimality_tolerance);
+            slsqp.feasibility_tolerance = settings.feasibility.unwrap_or(slsqp.feasibility_tolerance);
+        }
     }
     let limits = method.limits_mut();
     limits.evaluations = settings.max_evaluations.unwrap_or(limits.evaluations);
@@ -96,11 +100,11 @@ fn method(settings: &OptimizerSettings) -> Result<Method, Failure> {
 /// Fails before the output directory is touched.
 fn refuse_constraints(case: &Case, method: &Method) -> Result<(), Failure> {
     let names = case.problem.constraint_names();
-    if names.is_empty() {
+    if names.is_empty() || method.takes_constraints() {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "{}: method \"{}\" takes no constraints ({}); move them into the objective, or use `evaluate` and `gradients` with an outside optimiser",
+        "{}: method \"{}\" takes no constraints ({}); use method \"slsqp\", or move them into the objective",
         case.name,
         method.name(),
         names.join(", ")

@@ -2,8 +2,9 @@
 //!
 //! * [`Lbfgs`]: limited-memory BFGS on [`argmin`], for problems without constraints; first derivatives only;
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
-//! * [`Method`]: either of them behind one type, as a case file names it;
-//! * [`Bounded`]: bounds on variables by a smooth change of variables, which both methods use by themselves;
+//! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives only;
+//! * [`Method`]: any of them behind one type, as a case file names it;
+//! * [`Bounded`]: bounds on variables by a smooth change of variables, which the first two use by themselves;
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
 //! * [`History`]: a row per evaluation, as CSV.
 //!
@@ -39,17 +40,19 @@
 //! assert!((outcome.x[0] - 1.0).abs() < 1e-6);
 //! ```
 //!
-//! Depends on [`design::Problem`](crate::design::Problem), `argmin`, `nalgebra` and `serde`.
+//! Depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
 
 pub(crate) mod atomic;
 mod bounded;
 mod checkpoint;
 mod history;
 mod journal;
+mod kkt;
 mod lbfgs;
 mod ledger;
 mod newton;
 mod outcome;
+mod slsqp;
 #[cfg(test)]
 mod testcases;
 mod trust_region;
@@ -61,6 +64,7 @@ pub use journal::{Answer, Journal, Journaled, Record};
 pub use lbfgs::Lbfgs;
 pub use newton::Newton;
 pub use outcome::{OptimizeError, Outcome, Progress, Status, projected_gradient};
+pub use slsqp::Slsqp;
 
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use nalgebra::DMatrix;
@@ -110,19 +114,27 @@ pub enum Method {
     Lbfgs(Lbfgs),
     /// `"newton"`.
     Newton(Newton),
+    /// `"slsqp"`.
+    Slsqp(Slsqp),
 }
 
 impl Method {
     /// The names [`from_name`](Self::from_name) knows.
-    pub const NAMES: [&'static str; 2] = [Lbfgs::NAME, Newton::NAME];
+    pub const NAMES: [&'static str; 3] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME];
 
     /// The method called `name` with its default settings.
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             Lbfgs::NAME => Some(Self::Lbfgs(Lbfgs::default())),
             Newton::NAME => Some(Self::Newton(Newton::default())),
+            Slsqp::NAME => Some(Self::Slsqp(Slsqp::default())),
             _ => None,
         }
+    }
+
+    /// Whether the method takes constraints.
+    pub fn takes_constraints(&self) -> bool {
+        matches!(self, Self::Slsqp(_))
     }
 
     /// The limits of the run, to read or set.
@@ -130,6 +142,7 @@ impl Method {
         match self {
             Self::Lbfgs(method) => &mut method.limits,
             Self::Newton(method) => &mut method.limits,
+            Self::Slsqp(method) => &mut method.limits,
         }
     }
 
@@ -137,6 +150,7 @@ impl Method {
         match self {
             Self::Lbfgs(method) => method,
             Self::Newton(method) => method,
+            Self::Slsqp(method) => method,
         }
     }
 }

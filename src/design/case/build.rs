@@ -18,6 +18,9 @@ use std::path::Path;
 /// Far beyond any use; a slip of the keyboard must not fill the memory.
 const MOST_BOX_POINTS: usize = 10_000;
 
+/// Names of the optimisers; the same as those of `optimize::Method`, which stands above this module.
+const METHODS: [&str; 3] = ["lbfgs", "newton", "slsqp"];
+
 /// Builds the case; every error names the key it comes from.
 pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {
     if table.name.is_empty() || !table.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
@@ -465,15 +468,19 @@ impl Initial<'_> {
 
 fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings, CaseError> {
     let settings = &table.optimizer;
-    let method = settings.method.clone().unwrap_or_else(|| "lbfgs".into());
-    if !["lbfgs", "newton"].contains(&method.as_str()) {
-        let message = format!("unknown method {method:?}; known: lbfgs, newton");
+    // constraints decide where nothing is said
+    let default = if table.constraints.0.is_empty() { "lbfgs" } else { "slsqp" };
+    let method = settings.method.clone().unwrap_or_else(|| default.into());
+    if !METHODS.contains(&method.as_str()) {
+        let message = format!("unknown method {method:?}; known: {}", METHODS.join(", "));
         return Err(document.error(&["optimizer", "method"], message));
     }
-    if let Some(tolerance) = settings.tolerance
-        && !(tolerance.is_finite() && tolerance > 0.0)
-    {
-        return Err(document.error(&["optimizer", "tolerance"], format!("{tolerance} must be positive")));
+    for (key, value) in [("tolerance", settings.tolerance), ("feasibility", settings.feasibility)] {
+        if let Some(value) = value
+            && !(value.is_finite() && value > 0.0)
+        {
+            return Err(document.error(&["optimizer", key], format!("{value} must be positive")));
+        }
     }
     for (key, value) in [
         ("max_evaluations", settings.max_evaluations),
@@ -489,6 +496,7 @@ fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings
         max_evaluations: settings.max_evaluations,
         max_iterations: settings.max_iterations,
         tolerance: settings.tolerance,
+        feasibility: settings.feasibility,
         memory: settings.memory,
     })
 }

@@ -177,6 +177,7 @@ pub(crate) struct OptimizerTable {
     pub max_evaluations: Option<usize>,
     pub max_iterations: Option<usize>,
     pub tolerance: Option<f64>,
+    pub feasibility: Option<f64>,
     pub memory: Option<usize>,
 }
 
