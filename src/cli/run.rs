@@ -206,6 +206,7 @@ fn result_json(case: &mut Case, outcome: &Outcome, values: &[f64]) -> Result<Val
         let entry = json!({
             "value": value, "lower": bound(b.lower), "upper": bound(b.upper),
             "violation": value.map(|v| b.violation(v)),
+            "multiplier": outcome.multipliers.get(k),
         });
         (name.clone(), entry)
     };
@@ -231,6 +232,33 @@ fn result_json(case: &mut Case, outcome: &Outcome, values: &[f64]) -> Result<Val
     }))
 }
 
+/// The constraints that hold the design or are violated; the others only as a number.
+fn constraints_text(result: &Value) -> String {
+    let constraints = result["constraints"].as_object();
+    let mut text = String::new();
+    let mut slack = 0;
+    for (name, entry) in constraints.into_iter().flatten() {
+        let (multiplier, violation) = (&entry["multiplier"], &entry["violation"]);
+        let number = |v: &Value| v.as_f64().unwrap_or(0.0);
+        if number(multiplier) == 0.0 && number(violation) == 0.0 {
+            slack += 1;
+            continue;
+        }
+        let value = entry["value"].as_f64().map_or("none".into(), |v| format!("{v:.6e}"));
+        text.push_str(&format!(
+            "  {name:24} {value}  violation {:.1e}  multiplier {:+.3e}\n",
+            number(violation),
+            number(multiplier)
+        ));
+    }
+    match (text.is_empty(), slack) {
+        (true, 0) => String::new(),
+        (true, _) => format!("  no constraint holds the design ({slack} are met with room to spare)\n"),
+        (false, 0) => format!("constraints that hold the design\n{text}"),
+        (false, _) => format!("constraints that hold the design ({slack} more are met with room to spare)\n{text}"),
+    }
+}
+
 fn summary(case: &Case, outcome: &Outcome, result: &Value, directory: &OutputDirectory) -> String {
     let mut text = format!(
         "{}: {} by {} in {} evaluations, {} iterations, {:.3} s\n{}\n\n",
@@ -247,6 +275,7 @@ fn summary(case: &Case, outcome: &Outcome, result: &Value, directory: &OutputDir
     for (name, value) in result["values"].as_object().into_iter().flatten() {
         text.push_str(&format!("  {name:24} {}\n", number(value)));
     }
+    text.push_str(&constraints_text(result));
     if let Some(folded) = result["folded"].as_bool() {
         let words = if folded { "the box has folded" } else { "the box has not folded" };
         let indicator = number(&result["min_fold_indicator"]);

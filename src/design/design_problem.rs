@@ -206,7 +206,8 @@ impl DesignProblem {
     }
 
     fn objective_measures(&self) -> bool {
-        self.quantities.iter().zip(&self.weights).any(|(q, w)| *w != 0.0 && matches!(q, Quantity::Measure(_)))
+        let plain = |q: &Quantity| matches!(q, Quantity::ShapeError | Quantity::FoldPenalty);
+        self.quantities.iter().zip(&self.weights).any(|(q, w)| *w != 0.0 && !plain(q))
     }
 
     fn set_scaled(&mut self, x: &[f64]) {
@@ -250,6 +251,8 @@ impl DesignProblem {
             }
             Quantity::FoldPenalty => (self.instruments.penalty.as_ref())
                 .map_or(0.0, |p| p.value_and_gradient(&work.net, factor, &mut work.net_slope)),
+            Quantity::FoldIndicator { index, .. } => (self.instruments.penalty.as_ref())
+                .map_or(1.0, |p| p.indicator_and_gradient(*index, &work.net, factor, &mut work.net_slope)),
             Quantity::Measure(_) => return Ok(None),
         };
         finite(&self.quantities[quantity], value)?;

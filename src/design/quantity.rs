@@ -15,6 +15,16 @@ pub enum Quantity {
     ShapeError,
     /// Fold penalty of the box (paper, equations 1 to 4).
     FoldPenalty,
+    /// Fold indicator of one control point of the box (paper, equation 1): positive as long as the box has not folded
+    /// there.
+    FoldIndicator {
+        /// Column of the control point.
+        column: usize,
+        /// Row of the control point.
+        row: usize,
+        /// Its position in the list of control points.
+        index: usize,
+    },
     /// A measure of the section.
     Measure(Measure),
 }
@@ -37,6 +47,7 @@ impl Quantity {
         match self {
             Self::ShapeError => "shape_error".into(),
             Self::FoldPenalty => "fold_penalty".into(),
+            Self::FoldIndicator { column, row, .. } => format!("fold_indicator[{column},{row}]"),
             Self::Measure(measure) => measure.name(),
         }
     }
@@ -56,6 +67,9 @@ impl Instruments {
             Quantity::ShapeError => self.error()?.value(shape.section.curve().control_points()),
             // without a box nothing folds
             Quantity::FoldPenalty => self.penalty.as_ref().map_or(S::from(0.0), |p| p.value(&shape.net)),
+            Quantity::FoldIndicator { index, .. } => {
+                self.penalty.as_ref().map_or(S::from(1.0), |p| p.indicator_at(*index, &shape.net))
+            }
             Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
         };
         finite(quantity, value.re())?;

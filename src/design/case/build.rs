@@ -41,8 +41,10 @@ pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &
     let report = table.report.values.iter().map(|name| quantity(document, name, &["report", "values"]));
     let report: Vec<Quantity> = report.collect::<Result<_, _>>()?;
     let initial = Initial { document, geometry: &geometry, instruments: &instruments };
-    let constraints = table.constraints.0.iter().map(|(name, bounds)| initial.constraint(name, bounds));
-    let constraints: Vec<Constraint> = constraints.collect::<Result<_, _>>()?;
+    let mut constraints = Vec::new();
+    for (name, bounds) in &table.constraints.0 {
+        constraints.extend(initial.constraints(name, bounds)?);
+    }
     let problem = DesignProblem::new(geometry, target, instruments, &objective, &constraints, &report)
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
     // a case whose start has no value cannot run
@@ -427,9 +429,27 @@ struct Initial<'a> {
 }
 
 impl Initial<'_> {
-    fn constraint(&self, name: &str, table: &ConstraintTable) -> Result<Constraint, CaseError> {
+    /// One constraint, or one for each control point of the box.
+    fn constraints(&self, name: &str, table: &ConstraintTable) -> Result<Vec<Constraint>, CaseError> {
         let path = ["constraints", name];
-        let quantity = quantity(self.document, name, &path)?;
+        if name != "fold_indicator" {
+            return Ok(vec![self.constraint(name, quantity(self.document, name, &path)?, table)?]);
+        }
+        let Some(lattice) = self.geometry.lattice() else {
+            return Err(self.document.error(&path, "there is no [box] that could fold"));
+        };
+        let [columns, rows] = lattice.counts();
+        let point = |index: usize| (index % columns, index / columns);
+        (0..columns * rows)
+            .map(|index| {
+                let (column, row) = point(index);
+                self.constraint(name, Quantity::FoldIndicator { column, row, index }, table)
+            })
+            .collect()
+    }
+
+    fn constraint(&self, name: &str, quantity: Quantity, table: &ConstraintTable) -> Result<Constraint, CaseError> {
+        let path = ["constraints", name];
         let limit = |key: &str, limit: &Option<Limit>, missing: f64| -> Result<f64, CaseError> {
             let value = match limit {
                 None => return Ok(missing),

@@ -20,6 +20,7 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
     builtin![
         "l2-match",
         "l2-match-newton",
+        "l2-match-area",
         "l2-5x5-quadratic",
         "l2-5x5-cubic",
         "l2-6x6-cubic",
