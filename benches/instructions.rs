@@ -5,16 +5,19 @@
 
 mod cases;
 mod points;
+#[allow(dead_code)]
+mod sections;
 
 use aeroform::design::{Problem, check_gradients};
 use aeroform::ffd::BoxEvaluator;
+use aeroform::flow::{PanelledSection, Settings, TrailingEdge};
 use aeroform::optimize::{Method, Optimizer};
 use aeroform::section::SectionDefinition;
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
-const HOT_PATHS: [&str; 11] = [
+const HOT_PATHS: [&str; 14] = [
     "ffd_evaluate_10000",
     "ffd_embed_1000",
     "l2_value_32",
@@ -26,6 +29,9 @@ const HOT_PATHS: [&str; 11] = [
     "l2_match_newton",
     "naca_section",
     "check_gradients_32",
+    "flow_cold_point",
+    "flow_warm_point",
+    "flow_gradients",
 ];
 
 fn run(name: &str, repetitions: usize) -> Option<()> {
@@ -68,6 +74,22 @@ fn run(name: &str, repetitions: usize) -> Option<()> {
             let mut problem = cases::open(4, "lbfgs").problem;
             let x = problem.unscaled(&cases::shaken(problem.start()));
             repeat(&mut || drop(black_box(check_gradients(&mut problem, black_box(&x)))));
+        }
+        "flow_cold_point" => {
+            let nodes = sections::nodes("naca0012");
+            let at = sections::condition(2.0, 1e6, [None; 2]);
+            repeat(&mut || drop(black_box(sections::cold(black_box(&nodes), &at))));
+        }
+        "flow_warm_point" => {
+            let nodes = sections::nodes("naca0012");
+            let section = PanelledSection::new(&nodes, TrailingEdge::Blunt).ok()?;
+            let before = sections::polar(&section, std::iter::once(1.5), 1e6).pop()?;
+            let (at, settings) = (sections::condition(2.0, 1e6, [None; 2]), Settings::default());
+            repeat(&mut || drop(black_box(section.analyze(black_box(&at), &settings, Some(&before)))));
+        }
+        "flow_gradients" => {
+            let solution = sections::cold(&sections::nodes("naca0012"), &sections::condition(2.0, 1e6, [None; 2]));
+            repeat(&mut || drop(black_box(black_box(&solution).gradients())));
         }
         _ => return None,
     }

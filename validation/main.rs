@@ -5,12 +5,14 @@
 mod differences;
 mod embedding;
 mod exact;
+mod flow;
 mod folding;
 mod l2;
 mod random;
 mod sheet;
 
 use clap::{Parser, ValueEnum};
+use flow::FlowArguments;
 use sheet::Sheet;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -24,6 +26,8 @@ struct Arguments {
     /// Fewer random samples, for continuous integration
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    flow: FlowArguments,
 }
 
 /// What can be validated.
@@ -39,19 +43,23 @@ enum Topic {
     Folding,
     /// Every derivative by two automatic routes and by finite differences
     Differences,
+    /// Flow: exact solutions, other codes, gradients, smoothness; with --database convergence over many sections
+    Flow,
 }
 
 /// What went wrong in a topic that could not be carried through.
 type Failure = Box<dyn std::error::Error>;
 
 impl Topic {
-    fn run(self, quick: bool) -> Result<Vec<Sheet>, Failure> {
+    fn run(self, arguments: &Arguments) -> Result<Vec<Sheet>, Failure> {
+        let quick = arguments.quick;
         match self {
             Self::Exact => exact::sheets(),
             Self::Embedding => embedding::sheets(quick),
             Self::L2 => l2::sheets(),
             Self::Folding => folding::sheets(quick),
             Self::Differences => differences::sheets(quick),
+            Self::Flow => Ok(flow::sheets(&arguments.flow, quick)),
         }
     }
 }
@@ -62,9 +70,9 @@ fn main() -> ExitCode {
         arguments.topics = Topic::value_variants().to_vec();
     }
     let (mut rows, mut failures) = (0, 0);
-    for topic in arguments.topics {
+    for topic in arguments.topics.clone() {
         let start = Instant::now();
-        match topic.run(arguments.quick) {
+        match topic.run(&arguments) {
             Ok(sheets) => {
                 for sheet in sheets {
                     println!("{sheet}");

@@ -8,6 +8,7 @@ pub struct Sheet {
     title: String,
     text: String,
     figures: Option<Table>,
+    notes: Vec<String>,
     checks: Table,
     rows: usize,
     failures: usize,
@@ -28,6 +29,7 @@ impl Sheet {
             title: title.into(),
             text: text.into(),
             figures: None,
+            notes: Vec::new(),
             checks: Table::new(columns),
             rows: 0,
             failures: 0,
@@ -37,6 +39,11 @@ impl Sheet {
     /// A table of figures without verdict, printed above the checks.
     pub fn set_figures(&mut self, figures: Table) {
         self.figures = Some(figures);
+    }
+
+    /// Lines printed between the figures and the checks.
+    pub fn set_notes(&mut self, notes: Vec<String>) {
+        self.notes = notes;
     }
 
     /// A value that should be `expected` to within `tolerance`, absolute.
@@ -57,6 +64,12 @@ impl Sheet {
     pub fn at_most(&mut self, what: &str, limit: f64, ours: f64) {
         let cells = [format!("<= {limit:.3e}"), format!("{ours:.3e}"), String::new(), String::new()];
         self.push(what, cells, ours <= limit);
+    }
+
+    /// A number that should be reached.
+    pub fn at_least(&mut self, what: &str, least: f64, ours: f64) {
+        let cells = [format!(">= {least:.3e}"), format!("{ours:.3e}"), String::new(), String::new()];
+        self.push(what, cells, ours >= least);
     }
 
     /// A count that should not exceed `limit`; `None` is a count that was never reached.
@@ -100,6 +113,12 @@ impl fmt::Display for Sheet {
         writeln!(f, "## {}\n\n{}\n", self.title, self.text)?;
         if let Some(figures) = &self.figures {
             writeln!(f, "{figures}")?;
+        }
+        for note in &self.notes {
+            writeln!(f, "{note}")?;
+        }
+        if !self.notes.is_empty() {
+            writeln!(f)?;
         }
         if self.rows > 0 { write!(f, "{}", self.checks) } else { Ok(()) }
     }

@@ -26,6 +26,9 @@
 mod forward;
 mod implicit;
 mod ridders;
+mod tangent;
+
+pub(crate) use tangent::Tangent;
 
 pub use forward::{CHUNK, Direction, gradient, hessian, jacobian};
 pub use implicit::{Implicit, Root, SolveError, lift_root};

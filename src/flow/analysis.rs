@@ -10,6 +10,7 @@ use super::coupled::speeds::value_at;
 use super::coupled::surface::invert;
 use super::coupled::system::System;
 use super::coupled::unknowns::Unknowns;
+use super::ladder::Ladder;
 use super::outputs::pressure_forces;
 use super::panel::forces::KarmanTsien;
 use super::panel::outline::{Outline, TrailingEdge};
@@ -20,7 +21,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct PanelledSection {
     nodes: Vec<[f64; 2]>,
-    response: Arc<SectionResponse>,
+    pub(super) response: Arc<SectionResponse>,
 }
 
 /// Inviscid flow about a section.
@@ -154,15 +155,12 @@ pub fn analyze(
     PanelledSection::new(nodes, trailing_edge)?.analyze(condition, settings, warm)
 }
 
-/// Newton iterations after which the search for an easier way ends.
-const LADDER_ITERATIONS: usize = 160;
-
 /// One operating point on its way to convergence.
-struct Case<'a> {
-    section: &'a PanelledSection,
-    condition: Condition,
-    settings: Settings,
-    layout: Layout,
+pub(super) struct Case<'a> {
+    pub section: &'a PanelledSection,
+    pub condition: Condition,
+    pub settings: Settings,
+    pub layout: Layout,
 }
 
 impl Case<'_> {
@@ -181,11 +179,11 @@ impl Case<'_> {
         ]
     }
 
-    fn system<'b>(&'b self, flow: &'b FlowResponse, condition: &Condition) -> System<'b> {
+    pub fn system<'b>(&'b self, flow: &'b FlowResponse, condition: &Condition, layout: &'b Layout) -> System<'b> {
         System {
             section: &self.section.response,
             flow,
-            layout: &self.layout,
+            layout,
             gas: Gas::new(condition.mach, condition.reynolds),
             n_critical: condition.n_critical,
             trips: self.trip_arcs(),
@@ -193,7 +191,7 @@ impl Case<'_> {
     }
 
     fn solve(&self, flow: &FlowResponse, condition: &Condition, start: Option<&Unknowns>) -> Converged {
-        let system = self.system(flow, condition);
+        let system = self.system(flow, condition, &self.layout);
         let start = start.cloned().unwrap_or_else(|| system.march(&system.start()));
         newton::solve(&system, start, self.settings.tolerance, self.settings.iterations)
     }
@@ -213,48 +211,10 @@ impl Case<'_> {
             return (direct, attempts);
         }
         attempts.push(Attempt::of("march", &direct));
-        if let Some(end) = self.through_trips(flow, &mut attempts) {
-            return (end, attempts);
+        let mut ladder = Ladder { case: self, attempts };
+        match ladder.climb(flow) {
+            Some(end) => (end, ladder.attempts),
+            None => (direct, ladder.attempts),
         }
-        (direct, attempts)
-    }
-
-    /// Moves trips from the nose downstream until they no longer act.
-    fn through_trips(&self, flow: &FlowResponse, attempts: &mut Vec<Attempt>) -> Option<Converged> {
-        let wanted = self.trip_arcs();
-        let base = self.system(flow, &self.condition);
-        let stagnation = base.start().stagnation;
-        let total = self.section.response.map.total;
-        let trips_at = |fraction: f64| {
-            let arcs = [stagnation * (1.0 - fraction), stagnation + fraction * (total - stagnation)];
-            [Some(wanted[0].map_or(arcs[0], |w| w.max(arcs[0]))), Some(wanted[1].map_or(arcs[1], |w| w.min(arcs[1])))]
-        };
-        let mut last: Option<Unknowns> = None;
-        let mut fraction = 0.03;
-        let mut factor = 1.7;
-        let spent = |attempts: &[Attempt]| attempts.iter().map(|a| a.iterations).sum::<usize>();
-        while spent(attempts) < LADDER_ITERATIONS {
-            let done = fraction >= 1.0;
-            let system = System { trips: if done { wanted } else { trips_at(fraction) }, ..base };
-            let start = last.clone().unwrap_or_else(|| system.march(&system.start()));
-            let end = newton::solve(&system, start, if done { self.settings.tolerance } else { 1e-5 }, 25);
-            attempts.push(Attempt::of(&format!("trips at {fraction:.3} of the sides"), &end));
-            if end.converged {
-                if done {
-                    return Some(end);
-                }
-                last = Some(end.unknowns);
-                fraction *= factor;
-            } else {
-                last.as_ref()?;
-                fraction /= factor;
-                factor = factor.sqrt();
-                if factor < 1.05 {
-                    return None;
-                }
-                fraction *= factor;
-            }
-        }
-        None
     }
 }

@@ -1,34 +1,137 @@
 //! Dense factorisation and products in `f64`: a thin layer over `faer`, one thread, column-major `nalgebra` storage.
 
-use faer::linalg::solvers::{PartialPivLu, SolveCore};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::perm::PermRef;
 use faer::{Accum, Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
+use std::cell::RefCell;
+
+/// Most large matrices whose memory is kept.
+const SPARE: usize = 4;
+
+thread_local! {
+    /// Memory of large matrices that are no longer needed. Every iteration needs the same few again; fresh memory from
+    /// the system costs as much as filling it.
+    static MEMORY: RefCell<Vec<Vec<f64>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// A large matrix of zeros, in memory that was [returned](give_back) where there is some.
+pub(crate) fn large_zeros(rows: usize, columns: usize) -> DMatrix<f64> {
+    let size = rows * columns;
+    let spare = MEMORY.with_borrow_mut(|memory| {
+        let fits = memory.iter().position(|v| v.capacity() >= size && v.capacity() <= size + size / 2)?;
+        Some(memory.swap_remove(fits))
+    });
+    let mut values = spare.unwrap_or_default();
+    values.clear();
+    values.resize(size, 0.0);
+    DMatrix::from_vec(rows, columns, values)
+}
+
+/// Keeps the memory of a matrix for the next [`large_zeros`].
+pub(crate) fn give_back(matrix: &mut DMatrix<f64>) {
+    let values: Vec<f64> = std::mem::replace(matrix, DMatrix::zeros(0, 0)).data.into();
+    // at the end of a thread its spare memory may be gone already
+    let _ = MEMORY.try_with(|memory| {
+        let mut memory = memory.borrow_mut();
+        if memory.len() >= SPARE {
+            memory.remove(0);
+        }
+        memory.push(values);
+    });
+}
 
 /// LU factors of a square matrix, with row pivoting.
 #[derive(Debug, Clone)]
-pub(crate) struct Factors(PartialPivLu<f64>);
+pub(crate) struct Factors {
+    /// Both triangles; the lower one has a unit diagonal.
+    matrix: DMatrix<f64>,
+    permutation: Vec<usize>,
+    inverse_permutation: Vec<usize>,
+}
 
 impl Factors {
     /// Factorises `matrix`; `None` where it is singular or holds a number that is not finite.
     pub fn new(matrix: &DMatrix<f64>) -> Option<Self> {
-        if matrix.iter().any(|v| !v.is_finite()) {
-            return None;
-        }
-        let factors = PartialPivLu::new(view(matrix));
-        let diagonal = factors.U().diagonal();
-        let regular = (0..matrix.nrows()).all(|i| diagonal[i].is_finite() && diagonal[i] != 0.0);
-        regular.then_some(Self(factors))
+        Self::of(matrix.clone())
+    }
+
+    /// The same in the place of the matrix.
+    pub fn of(mut matrix: DMatrix<f64>) -> Option<Self> {
+        let n = matrix.nrows();
+        let (mut permutation, mut inverse_permutation) = (vec![0; n], vec![0; n]);
+        let mut memory = MemBuffer::new(factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default()));
+        factor::lu_in_place(
+            view_mut(&mut matrix),
+            &mut permutation,
+            &mut inverse_permutation,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        let sound = matrix.column_iter().all(|c| c.iter().map(|v| v * 0.0).sum::<f64>() == 0.0);
+        let regular = sound && (0..n).all(|i| matrix[(i, i)] != 0.0);
+        regular.then_some(Self { matrix, permutation, inverse_permutation })
+    }
+
+    fn rows(&self) -> PermRef<'_, usize> {
+        PermRef::new_checked(&self.permutation, &self.inverse_permutation, self.permutation.len())
     }
 
     /// Replaces the columns of `b` by the solutions of `A x = b`.
     pub fn solve(&self, b: &mut DMatrix<f64>) {
-        self.0.solve_in_place_with_conj(Conj::No, view_mut(b));
+        let (n, m) = b.shape();
+        let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(n, m, Par::Seq));
+        let lu = view(&self.matrix);
+        let stack = MemStack::new(&mut memory);
+        solve::solve_in_place_with_conj(lu, lu, self.rows(), Conj::No, view_mut(b), Par::Seq, stack);
     }
 
     /// Replaces the columns of `b` by the solutions of `Aᵀ x = b`.
     pub fn solve_transposed(&self, b: &mut DMatrix<f64>) {
-        self.0.solve_transpose_in_place_with_conj(Conj::No, view_mut(b));
+        let (n, m) = b.shape();
+        let mut memory = MemBuffer::new(solve::solve_transpose_in_place_scratch::<usize, f64>(n, m, Par::Seq));
+        let lu = view(&self.matrix);
+        let stack = MemStack::new(&mut memory);
+        solve::solve_transpose_in_place_with_conj(lu, lu, self.rows(), Conj::No, view_mut(b), Par::Seq, stack);
     }
+
+    /// The solution of `Aᵀ x = b`. For a single right-hand side plain scalar products along the columns of the factors
+    /// are quicker than blocks.
+    pub fn solve_transposed_vector(&self, mut b: Vec<f64>) -> Vec<f64> {
+        let n = b.len();
+        let columns = self.matrix.as_slice();
+        for i in 0..n {
+            let column = &columns[i * n..(i + 1) * n];
+            b[i] = (b[i] - dot(&column[..i], &b[..i])) / column[i];
+        }
+        for i in (0..n).rev() {
+            let column = &columns[i * n..(i + 1) * n];
+            b[i] -= dot(&column[i + 1..], &b[i + 1..]);
+        }
+        self.inverse_permutation.iter().map(|&i| b[i]).collect()
+    }
+}
+
+impl Drop for Factors {
+    fn drop(&mut self) {
+        give_back(&mut self.matrix);
+    }
+}
+
+/// Scalar product, in several sums at a time.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (x, y) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(a, b)| a * b).sum();
+    for (x, y) in x.zip(y) {
+        for k in 0..LANES {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    rest + sums.iter().sum::<f64>()
 }
 
 /// The product of two matrices.
@@ -53,15 +156,28 @@ mod tests {
 
     #[test]
     fn solves_and_multiplies() {
-        let a = DMatrix::from_fn(7, 7, |i, j| ((i * 13 + j * 7) % 11) as f64 - 3.0 * (i == j) as usize as f64);
-        let x = DMatrix::from_fn(7, 2, |i, j| 1.0 + i as f64 - 2.0 * j as f64);
+        let a = DMatrix::from_fn(29, 29, |i, j| {
+            ((i * 37 + j * j * 11 + i * j) as f64).sin() + f64::from(u8::from(i + 3 == j))
+        });
+        let x = DMatrix::from_fn(29, 2, |i, j| 1.0 + i as f64 - 2.0 * j as f64);
         let factors = Factors::new(&a).unwrap();
         let mut b = product(&a, &x);
         factors.solve(&mut b);
         assert!((&b - &x).amax() < 1e-12);
         let mut c = product(&a.transpose(), &x);
+        let single = factors.solve_transposed_vector(c.column(1).iter().copied().collect());
         factors.solve_transposed(&mut c);
         assert!((&c - &x).amax() < 1e-12);
+        assert!(single.iter().zip(x.column(1).iter()).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+
+    #[test]
+    fn returned_memory_is_zero_again() {
+        let mut matrix = large_zeros(3, 4);
+        matrix.fill(2.0);
+        give_back(&mut matrix);
+        assert_eq!(large_zeros(4, 3), DMatrix::zeros(4, 3));
+        assert_eq!(large_zeros(40, 3), DMatrix::zeros(40, 3));
     }
 
     #[test]

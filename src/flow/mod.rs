@@ -35,6 +35,7 @@ pub(crate) mod boundary_layer;
 mod condition;
 pub(crate) mod coupled;
 mod error;
+mod ladder;
 pub(crate) mod linear;
 mod outputs;
 pub(crate) mod panel;

@@ -7,6 +7,7 @@ use super::closure::turbulent::{LAG, LOCUS_B, WAKE_DISSIPATION_LENGTH, equilibri
 use super::closure::{amplification, laminar, turbulent};
 use super::gas::Gas;
 use super::station::{Derived, Regime, State};
+use crate::differentiate::Tangent;
 use crate::scalar::Scalar;
 
 /// Abscissas and, in the wake, the dead-air gap behind a blunt edge, at the two ends of an interval.
@@ -98,13 +99,54 @@ const GAUSS: [[f64; 2]; 4] = [
 pub(crate) fn growth<S: Scalar>(a: &State<S>, b: &State<S>, gas: &Gas<S>) -> S {
     let mut growth = S::from(0.0);
     for [at, weight] in GAUSS {
-        let between = |p: S, q: S| p + (q - p) * at;
-        let theta = between(a.log_theta, b.log_theta).exp();
-        let hk = between(a.log_shape, b.log_shape).exp() + 1.0;
-        let edge = gas.edge(between(a.log_speed, b.log_speed).exp());
-        growth += amplification::growth_rate(hk, theta, edge.reynolds * theta) * weight;
+        growth += growth_rate(&between(a, b, at), gas) * weight;
     }
     growth
+}
+
+/// [`growth`] and its derivatives with respect to (ln θ, ln(Hk − 1), n, ln u) at both ends: the rate depends on the
+/// state in between alone, so that dual numbers need carry no more than its three variables.
+pub(crate) fn growth_slopes(a: &State<f64>, b: &State<f64>, gas: &Gas<f64>) -> (f64, [[f64; 4]; 2]) {
+    let gas = gas.map(Tangent::<3>::from_re);
+    let (mut growth, mut slopes) = (0.0, [[0.0; 4]; 2]);
+    for [at, weight] in GAUSS {
+        let state = between(a, b, at);
+        let variable = |value: f64, k: usize| Tangent::<3>::from_re(value).derivative(k);
+        let rate = growth_rate(
+            &State {
+                log_theta: variable(state.log_theta, 0),
+                log_shape: variable(state.log_shape, 1),
+                third: Tangent::from_re(state.third),
+                log_speed: variable(state.log_speed, 2),
+            },
+            &gas,
+        );
+        growth += rate.re * weight;
+        for (end, share) in [(0, 1.0 - at), (1, at)] {
+            for (place, slope) in [0, 1, 3].into_iter().zip(rate.eps) {
+                slopes[end][place] += slope * weight * share;
+            }
+        }
+    }
+    (growth, slopes)
+}
+
+/// The state on the straight line between two.
+fn between<S: Scalar>(a: &State<S>, b: &State<S>, at: f64) -> State<S> {
+    let between = |p: S, q: S| p + (q - p) * at;
+    State {
+        log_theta: between(a.log_theta, b.log_theta),
+        log_shape: between(a.log_shape, b.log_shape),
+        third: a.third,
+        log_speed: between(a.log_speed, b.log_speed),
+    }
+}
+
+/// Local growth rate of the amplification factor.
+fn growth_rate<S: Scalar>(state: &State<S>, gas: &Gas<S>) -> S {
+    let theta = state.theta();
+    let edge = gas.edge(state.log_speed.exp());
+    amplification::growth_rate(state.kinematic_shape(), theta, edge.reynolds * theta)
 }
 
 /// Momentum and kinetic-energy residuals of the first station, where u ~ x and the layer is similar.
@@ -156,6 +198,21 @@ mod tests {
         let reynolds = |x: f64| 1e6 * 0.66412e-3 * f64::sqrt(x);
         assert!((growth / (0.01031 * (reynolds(0.52) - reynolds(0.5))) - 1.0).abs() < 0.01, "{growth}");
         assert_eq!(super::growth(&state(0.01), &state(0.02), &gas), 0.0);
+    }
+
+    #[test]
+    fn growth_has_the_same_derivatives_by_wide_dual_numbers() {
+        let gas = Gas::new(0.4, 1e6);
+        let (a, b) = (
+            State { log_theta: -8.0, log_shape: 0.5, third: 1.0, log_speed: 0.1 },
+            State { log_theta: -7.9, log_shape: 0.6, third: 1.5, log_speed: 0.08 },
+        );
+        let (value, slopes) = growth_slopes(&a, &b, &gas);
+        let wide = growth(&a.seed::<8>(0), &b.seed::<8>(4), &gas.map(Tangent::<8>::from_re));
+        assert!(value > 0.0 && (value / wide.re - 1.0).abs() < 1e-14);
+        for (k, slope) in slopes.as_flattened().iter().enumerate() {
+            assert!((slope - wide.eps[k]).abs() <= 1e-12 * value, "{k}: {slope} {}", wide.eps[k]);
+        }
     }
 
     #[test]

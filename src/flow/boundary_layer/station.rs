@@ -39,8 +39,8 @@ impl<S: Scalar> State<S> {
 
 impl State<f64> {
     /// The four unknowns as independent variables, the first of them in direction `first` of the dual numbers.
-    pub fn seed<const N: usize>(&self, first: usize) -> State<num_dual::DualSVec64<N>> {
-        let at = |value: f64, k: usize| num_dual::DualSVec64::<N>::from(value).derivative(first + k);
+    pub fn seed<const N: usize>(&self, first: usize) -> State<crate::differentiate::Tangent<N>> {
+        let at = |value: f64, k: usize| crate::differentiate::Tangent::<N>::from(value).derivative(first + k);
         State {
             log_theta: at(self.log_theta, 0),
             log_shape: at(self.log_shape, 1),

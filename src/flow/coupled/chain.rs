@@ -2,9 +2,10 @@
 //!
 //! Every block depends on two stations and two abscissas and is differentiated by dual numbers as wide as that.
 
-use super::duals::{Dual2, Dual4, Dual8, gradient, widen};
+use super::duals::{Dual2, Dual4, Dual8, Dual10, dual, gradient, widen};
 use super::speeds::Positions;
 use super::unknowns::{Numbering, Side, Unknowns};
+use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::interval::{self, Span};
 use crate::flow::boundary_layer::station::{Derived, Regime, transition_state};
@@ -38,10 +39,14 @@ pub(crate) struct Layer<'a> {
 /// Abscissa of the trailing edge in the wake: only ratios of abscissas enter, and they belong to the dissipation.
 pub(crate) const WAKE_ORIGIN: f64 = 1.0;
 
-fn split(values: [Dual8; 3]) -> ([f64; 3], Coupling, Coupling) {
-    let g = values.map(|v| gradient(&v));
-    let half = |from: usize| g.map(|row| std::array::from_fn(|k| row[from + k]));
-    (values.map(|v| v.re), half(0), half(4))
+/// Values and derivatives in the first eight directions.
+fn split<const N: usize>(values: [Tangent<N>; 3]) -> ([f64; 3], Coupling, Coupling) {
+    let (mut upstream, mut own) = ([[0.0; 4]; 3], [[0.0; 4]; 3]);
+    for (i, value) in values.iter().enumerate() {
+        upstream[i].copy_from_slice(&value.eps[..4]);
+        own[i].copy_from_slice(&value.eps[4..8]);
+    }
+    (values.map(|v| v.re), upstream, own)
 }
 
 /// The closure at every station, with derivatives with respect to its own unknowns.
@@ -110,31 +115,28 @@ fn surface_block(
     } else {
         derived[k - 1]
     };
-    let wide = (before.map(|v| widen(v, 0)), derived[k].map(|v| widen(v, 4)));
-    let at = x.map(|v| v.re);
-    let span = Span { x: at.map(Dual8::from), gap: [Dual8::from(0.0); 2] };
+    let wide = (before.map(|v| widen::<10>(v, 0)), derived[k].map(|v| widen::<10>(v, 4)));
+    let moving = [0, 1].map(|e| Dual10::from_re(x[e].re).derivative(8 + e));
+    let span = Span { x: moving, gap: [Dual10::from_re(0.0); 2] };
     let [a, b] = interval::momentum_and_energy(&wide.0, &wide.1, &span, regime);
-    let plain = (before.map(|v| Dual2::from(v.re)), derived[k].map(|v| Dual2::from(v.re)));
-    let moving = [Dual2::from(at[0]).derivative(0), Dual2::from(at[1]).derivative(1)];
-    let moving_span = Span { x: moving, gap: [Dual2::from(0.0); 2] };
-    let [da, db] = interval::momentum_and_energy(&plain.0, &plain.1, &moving_span, regime);
-    let (third, third_by_x) = if regime == Regime::Laminar {
-        let gas = layer.gas.map(Dual8::from);
-        let growth = interval::growth(&wide.0.state, &wide.1.state, &gas);
-        (wide.1.state.third - wide.0.state.third - growth * (at[1] - at[0]), [growth.re, -growth.re])
+    let third = if regime == Regime::Laminar {
+        let (from, to) = (&unknowns.stations[k - 1], &unknowns.stations[k]);
+        let (growth, slopes) = interval::growth_slopes(from, to, &layer.gas);
+        let step = x[1].re - x[0].re;
+        let [[a, b, _, c], [d, e, _, f]] = slopes.map(|end| end.map(|slope| -slope * step));
+        let value = to.third - from.third - growth * step;
+        dual(value, [a, b, -1.0, c, d, e, 1.0, f, growth, -growth])
     } else {
-        let moving = interval::lag(&plain.0, &plain.1, &moving_span, regime);
-        (interval::lag(&wide.0, &wide.1, &span, regime), gradient(&moving))
+        interval::lag(&wide.0, &wide.1, &span, regime)
     };
-    let along = x.map(|v| gradient(&v));
-    let global = |by_x: [f64; 2]| std::array::from_fn(|g| by_x[0] * along[0][g] + by_x[1] * along[1][g]);
     let (residual, upstream, own) = split([a, b, third]);
-    Block {
-        residual,
-        own,
-        upstream: [Some((k - 1, upstream)), None],
-        globals: [global(gradient(&da)), global(gradient(&db)), global(third_by_x)],
+    let mut globals = [[0.0; 4]; 3];
+    for (row, value) in globals.iter_mut().zip([a, b, third]) {
+        for g in 0..4 {
+            row[g] = value.eps[8] * x[0].eps[g] + value.eps[9] * x[1].eps[g];
+        }
     }
+    Block { residual, own, upstream: [Some((k - 1, upstream)), None], globals }
 }
 
 fn wake_start(layer: &Layer, derived: &[Derived<Dual4>]) -> Block {
@@ -144,12 +146,12 @@ fn wake_start(layer: &Layer, derived: &[Derived<Dual4>]) -> Block {
     // three stations: two passes of two
     let plain = |d: &Derived<Dual4>| d.map(|v| Dual8::from(v.re));
     let first = interval::wake_start(
-        &derived[upper].map(|v| widen(v, 0)),
+        &derived[upper].map(|v| widen::<8>(v, 0)),
         &plain(&derived[lower]),
-        &derived[k].map(|v| widen(v, 4)),
+        &derived[k].map(|v| widen::<8>(v, 4)),
     );
     let second =
-        interval::wake_start(&plain(&derived[upper]), &derived[lower].map(|v| widen(v, 0)), &plain(&derived[k]));
+        interval::wake_start(&plain(&derived[upper]), &derived[lower].map(|v| widen::<8>(v, 0)), &plain(&derived[k]));
     let (residual, by_upper, own) = split(first);
     let (_, by_lower, _) = split(second);
     Block { residual, own, upstream: [Some((upper, by_upper)), Some((lower, by_lower))], globals: [[0.0; 4]; 3] }
@@ -157,7 +159,7 @@ fn wake_start(layer: &Layer, derived: &[Derived<Dual4>]) -> Block {
 
 fn wake_block(layer: &Layer, derived: &[Derived<Dual4>], j: usize) -> Block {
     let k = layer.numbering.wake_start() + j;
-    let (a, b) = (derived[k - 1].map(|v| widen(v, 0)), derived[k].map(|v| widen(v, 4)));
+    let (a, b) = (derived[k - 1].map(|v| widen::<8>(v, 0)), derived[k].map(|v| widen::<8>(v, 4)));
     let span = wake_span::<Dual8>(layer, j);
     let [momentum, energy] = interval::momentum_and_energy(&a, &b, &span, Regime::Wake);
     let (residual, upstream, own) = split([momentum, energy, interval::lag(&a, &b, &span, Regime::Wake)]);

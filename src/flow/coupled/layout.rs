@@ -37,8 +37,10 @@ fn graded(count: usize, density: impl Fn(f64) -> f64) -> Vec<f64> {
 
 impl Layout {
     pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
+        // dense at the ends of both: laminar separation ahead of transition, and a side that is laminar up to the edge,
+        // need stations as close as the panels
         Self {
-            laminar: graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.06 - x) + 1.0),
+            laminar: graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.02 - x) + 1.0),
             turbulent: graded(turbulent, |x| 1.0 / (0.01 + x) + 1.0 / (1.005 - x) + 1.0),
             wake,
         }
@@ -63,6 +65,8 @@ pub(crate) struct SurfaceMap {
     pub spline: IndexSpline,
     /// Coefficients of the arc length over the node index.
     pub arc: Vec<f64>,
+    /// Arc lengths of the nodes.
+    nodes: Vec<f64>,
     /// Total arc length.
     pub total: f64,
 }
@@ -75,15 +79,36 @@ impl SurfaceMap {
         let arc = spline.coefficients(arc_lengths);
         // in the two end intervals the spline may start flat (cosine spacing); no station but the last stands there
         let rises = (8..=8 * (n - 2)).all(|i| combine(&spline.slope_weights(i as f64 / 8.0), &arc) > 0.0);
-        rises.then_some(Self { spline, arc, total: arc_lengths[n - 1] })
+        rises.then(|| Self { spline, arc, nodes: arc_lengths.to_vec(), total: arc_lengths[n - 1] })
     }
 
     /// Node index at arc length `s`, with the derivatives `s` carries.
     pub fn index<S: Scalar>(&self, s: S) -> S {
-        let last = (self.arc.len() - 3) as f64;
-        let t = invert(&self.spline, &self.arc, s.re(), 0.0, last, 1.0);
+        let t = self.cell_index(s.re()).unwrap_or_else(|| {
+            let last = (self.nodes.len() - 1) as f64;
+            invert(&self.spline, &self.arc, s.re(), 0.0, last, 1.0)
+        });
         let rate: f64 = combine(&self.spline.slope_weights(t), &self.arc);
         (s - s.re()) / rate + t
+    }
+
+    /// Node index at arc length `s` by Newton's method on the polynomial between two nodes. `None` where it does not
+    /// converge there, or in the end intervals, where the spline need not rise.
+    fn cell_index(&self, s: f64) -> Option<f64> {
+        let cell = self.nodes.partition_point(|&node| node < s).checked_sub(1)?;
+        if cell == 0 || cell + 2 >= self.nodes.len() {
+            return None;
+        }
+        let mut t = cell as f64 + (s - self.nodes[cell]) / (self.nodes[cell + 1] - self.nodes[cell]);
+        for _ in 0..8 {
+            let miss = combine(&self.spline.weights(t), &self.arc) - s;
+            let step: f64 = miss / combine(&self.spline.slope_weights(t), &self.arc);
+            t -= step;
+            if step.abs() <= 4.0 * f64::EPSILON * t {
+                return Some(t).filter(|t| (t - cell as f64 - 0.5).abs() < 0.5 + 1e-9);
+            }
+        }
+        None
     }
 
     /// Arc length per node index at `t`.

@@ -48,7 +48,7 @@ fn solve_station(
         if worst.is_nan() {
             return None;
         }
-        if worst < 1e-9 {
+        if worst < 1e-7 {
             return Some(state);
         }
         let free = if mode == Mode::Speed { 1 } else { 3 };
@@ -101,9 +101,22 @@ fn advance(
     solve_station(layer, regime, guess, Mode::Shape, equations).unwrap_or(State { log_speed, ..guess })
 }
 
+/// The equations of the first station of a side.
+pub(super) fn first_equations(x: f64) -> impl Fn(&Derived<Dual4>) -> [Dual4; 3] {
+    move |d| {
+        let [a, b] = interval::similarity(d, Dual4::from(x));
+        [a, b, d.state.third]
+    }
+}
+
 impl System<'_> {
     /// Start by marching, from the closed-form start.
     pub fn march(&self, closed_form: &Unknowns) -> Unknowns {
+        self.march_with(closed_form, [false; 2])
+    }
+
+    /// The same; a side that is `late` stays laminar as far as it can, whatever the amplification.
+    pub fn march_with(&self, closed_form: &Unknowns, late: [bool; 2]) -> Unknowns {
         let layer = self.layer();
         let numbering = layer.numbering;
         let mut unknowns = closed_form.clone();
@@ -114,9 +127,10 @@ impl System<'_> {
                 Side::Lower => self.section.map.total - unknowns.stagnation,
             };
             let limit = self.trips[at].map_or(length, |s| side.sign() * (unknowns.stagnation - s));
-            let limit = limit.clamp(0.004 * length, 0.998 * length);
+            let limit = limit.clamp(0.004 * length, 0.992 * length);
             let first = self.march_laminar(&layer, side, limit, length, unknowns.stagnation);
-            unknowns.transition[at] = self.amplified(&first, limit, length).clamp(0.003 * length, limit);
+            let found = if late[at] { limit } else { self.amplified(&first, limit, length) };
+            unknowns.transition[at] = found.clamp(0.003 * length, limit);
             let transition = unknowns.transition[at];
             let mut states = self.march_laminar(&layer, side, transition, length, unknowns.stagnation);
             self.march_turbulent(&layer, side, transition, length, unknowns.stagnation, &mut states);

@@ -6,16 +6,20 @@
 //! to the stations ([`surface`], [`speeds`]), and what the panels cannot resolve is added locally ([`subpanel`]). So
 //! nothing hops from node to node, and the coefficients are smooth functions of the shape.
 //!
-//! [`chain`] linearises the boundary-layer equations by local dual numbers, [`system`] reduces the Newton system to
-//! about one unknown per station, [`march`] and [`start`] find a start, [`newton`] iterates.
+//! [`chain`] linearises the boundary-layer equations by local dual numbers, [`system`] and [`eliminate`] reduce the
+//! Newton system to about one unknown per station, [`march`] and [`start`] find a start, [`newton`] iterates, [`chord`] with
+//! a Jacobian that is kept.
 //!
 //! Depends on [`panel`](super::panel) and [`boundary_layer`](super::boundary_layer).
 
 pub(crate) mod chain;
+pub(crate) mod chord;
 pub(crate) mod duals;
+mod eliminate;
 pub(crate) mod layout;
 pub(crate) mod march;
 pub(crate) mod newton;
+pub(crate) mod project;
 pub(crate) mod projection;
 pub(crate) mod residuals;
 pub(crate) mod response;
@@ -25,6 +29,7 @@ pub(crate) mod subpanel;
 pub(crate) mod surface;
 pub(crate) mod system;
 pub(crate) mod transition;
+pub(crate) mod transport;
 pub(crate) mod unknowns;
 
 #[cfg(test)]

@@ -8,8 +8,9 @@ use super::subpanel;
 use crate::flow::FlowError;
 use crate::flow::linear::product;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
-use crate::flow::panel::kernel::{Place, velocity_influence, wake_source_stream};
+use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_lengths};
+use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::wake;
 use nalgebra::DMatrix;
 
@@ -44,7 +45,13 @@ impl SectionResponse {
                 rows[(i, j)] -= influence;
             }
         }
-        close_rows(&mut rows, n);
+        share_edge_rows(&mut rows, n);
+        rows.row_mut(n - 1).fill(0.0);
+        for (j, influence) in panels.edge.by_source.iter().enumerate() {
+            let influence = influence / (arc[j + 1] - arc[j]);
+            rows[(n - 1, j + 1)] += influence;
+            rows[(n - 1, j)] -= influence;
+        }
         panels.factors.solve(&mut rows);
         let nodes = rows.rows(0, n).into_owned();
         let spline = spline_rows(&map, &smooth_columns(&nodes));
@@ -109,8 +116,9 @@ fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
 fn wall_response(n: usize) -> DMatrix<f64> {
     let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
     let mut result = DMatrix::zeros(n, n);
+    let wall = subpanel::Wall::new(&t);
     for i in 0..n {
-        subpanel::influences(&t, i, |k, influence| {
+        wall.influences(t[i], i, |k, influence| {
             result[(i, k + 1)] += influence;
             result[(i, k)] -= influence;
         });
@@ -142,6 +150,10 @@ pub(crate) struct FlowResponse {
     pub wake_by_wake: DMatrix<f64>,
     /// Speed along the wake per strength at the nodes, W × N (kept for the adjoint).
     pub wake_by_strength: DMatrix<f64>,
+    /// From the ends of the half panels of the wake to the nodes of the section.
+    pub polar: Polar,
+    /// From the nodes of the section to those of the wake.
+    pub from_surface: Polar,
 }
 
 /// Ends of the linear source panels of the wake: nodes and middles in turn.
@@ -198,8 +210,11 @@ impl FlowResponse {
             TrailingEdge::Blunt => wake::dead_air(&frame, distances),
         };
         let strengths = wake_strength_matrix(distances);
-        let nodes_by_wake = nodes_by_wake(section, &wake_nodes, &strengths);
-        let (by_strength, by_source) = surface_to_wake(outline, &wake_nodes, &tangents);
+        let points = wake_points(&wake_nodes);
+        let polar = Polar::new(&outline.nodes, &points);
+        let nodes_by_wake = nodes_by_wake(section, &points, &polar, &strengths);
+        let from_surface = polar.reversed(2);
+        let (by_strength, by_source) = surface_to_wake(outline, &wake_nodes, &tangents, &from_surface);
         let inviscid = section.panels.strengths(alpha);
         let mut wake_inviscid: Vec<f64> = tangents.iter().map(|t| t[0] * wind[0] + t[1] * wind[1]).collect();
         for k in 0..distances.len() {
@@ -223,6 +238,8 @@ impl FlowResponse {
             wake_by_nodes: wake_by_nodes.transpose(),
             wake_by_wake,
             wake_by_strength: by_strength,
+            polar,
+            from_surface,
         }
     }
 }
@@ -239,26 +256,30 @@ pub(crate) fn wake_strength_matrix(distances: &[f64]) -> DMatrix<f64> {
     matrix
 }
 
-/// Right-hand sides in the form of the panel equations: shared first row, nothing in the row of the edge condition.
-fn close_rows(rows: &mut DMatrix<f64>, n: usize) {
-    share_edge_rows(rows, n);
-    rows.row_mut(n - 1).fill(0.0);
-}
-
-fn nodes_by_wake(section: &SectionResponse, wake_nodes: &[[f64; 2]], strengths: &DMatrix<f64>) -> DMatrix<f64> {
+fn nodes_by_wake(
+    section: &SectionResponse,
+    points: &[[f64; 2]],
+    polar: &Polar,
+    strengths: &DMatrix<f64>,
+) -> DMatrix<f64> {
     let outline = &section.panels.outline;
     let n = outline.len();
-    let points = wake_points(wake_nodes);
     let mut stream = DMatrix::zeros(n + 1, points.len());
     for h in 0..points.len() - 1 {
+        let panel = Straight::new([points[h], points[h + 1]]);
         for i in 0..n {
-            let place = edge_place(outline, i, h);
-            let [a, b] = wake_source_stream([points[h], points[h + 1]], outline.nodes[i], place);
+            let seen = polar.seen_of_wake(i, [h, h + 1], &panel);
+            let at = panel.local(outline.nodes[i]);
+            let [a, b] = seen.sight(at, panel.length, edge_place(outline, i, h)).wake_stream();
             stream[(i, h)] -= a;
             stream[(i, h + 1)] -= b;
         }
     }
-    close_rows(&mut stream, n);
+    share_edge_rows(&mut stream, n);
+    stream.row_mut(n - 1).fill(0.0);
+    for (h, influence) in section.panels.edge.by_wake(points).into_iter().enumerate() {
+        stream[(n - 1, h)] = -influence;
+    }
     let mut response = product(&stream, strengths);
     section.panels.factors.solve(&mut response);
     response.rows(0, n).into_owned()
@@ -266,20 +287,31 @@ fn nodes_by_wake(section: &SectionResponse, wake_nodes: &[[f64; 2]], strengths: 
 
 /// Speed along the wake per strength at the surface nodes (W × N) and per constant source on the panels (W × N − 1).
 /// Row 0 is the trailing edge, where the speed is that of the first node.
-fn surface_to_wake(outline: &Outline, wake_nodes: &[[f64; 2]], tangents: &[[f64; 2]]) -> (DMatrix<f64>, DMatrix<f64>) {
+fn surface_to_wake(
+    outline: &Outline,
+    wake_nodes: &[[f64; 2]],
+    tangents: &[[f64; 2]],
+    polar: &Polar,
+) -> (DMatrix<f64>, DMatrix<f64>) {
     let (n, w) = (outline.len(), wake_nodes.len());
     let mut strength = DMatrix::zeros(w, n);
     let mut source = DMatrix::zeros(w, n - 1);
     strength[(0, 0)] = 1.0;
     let frame = edge_frame(outline);
-    for k in 1..w {
-        let along = |v: [f64; 2]| v[0] * tangents[k][0] + v[1] * tangents[k][1];
-        for j in 0..n - 1 {
-            let v = velocity_influence(outline.panel(j), wake_nodes[k], Place::Elsewhere);
-            strength[(k, j)] += along(v.vortex[0]);
-            strength[(k, j + 1)] += along(v.vortex[1]);
-            source[(k, j)] = along(v.source[0]) + along(v.source[1]);
+    let along = |k: usize, v: [f64; 2]| v[0] * tangents[k][0] + v[1] * tangents[k][1];
+    for j in 0..n - 1 {
+        let panel = Straight::new(outline.panel(j));
+        for k in 1..w {
+            let seen = polar.seen_of_surface(k, [j, j + 1], &panel);
+            let v = seen.sight(panel.local(wake_nodes[k]), panel.length, Place::Elsewhere).velocity();
+            let [a, b] = [0, 1].map(|end| along(k, panel.outer(v.vortex(end))));
+            strength[(k, j)] += a;
+            strength[(k, j + 1)] += b;
+            source[(k, j)] = [0, 1].map(|end| along(k, panel.outer(v.source(end)))).iter().sum();
         }
+    }
+    for k in 1..w {
+        let along = |v: [f64; 2]| along(k, v);
         if outline.trailing_edge == TrailingEdge::Blunt {
             let panel = outline.panel(n - 1);
             let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);

@@ -1,36 +1,118 @@
 //! Edge speeds at the stations: value, derivatives with respect to the mass defects and to the global unknowns.
 
-use super::duals::{Dual4, dual, gradient};
+use super::duals::Dual4;
 use super::layout::Layout;
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
-use super::subpanel;
-use super::surface::{Weights, combine_real};
+use super::subpanel::Wall;
+use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
-use crate::flow::linear::product;
+use crate::flow::linear::{dot, give_back, large_zeros};
+use crate::scalar::Scalar;
 use nalgebra::DMatrix;
+use num_dual::DualNum;
 
 /// Directions of the global derivatives: stagnation arc length, transition of both sides, total arc length.
 pub(crate) const STAGNATION: usize = 0;
 /// Total arc length of the surface, the last global direction; constant in a solution, an input of its derivatives.
 pub(crate) const TOTAL: usize = 3;
 
-/// Abscissas of the stations with their derivatives in the global directions.
-#[derive(Debug, Clone)]
-pub(crate) struct Positions {
-    /// Arc length from the stagnation point, per side and station.
-    pub abscissas: [Vec<Dual4>; 2],
-    /// Node index of every point along the surface.
-    pub index: Vec<Dual4>,
+/// A number of the value pass (`f64`) or of the linearisation (global derivatives).
+pub(crate) trait Global: Scalar {
+    /// The independent variable of global direction `k`.
+    fn global(value: f64, k: usize) -> Self;
+
+    /// The weighted sum of many.
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
+
+    /// Sub-panel speeds at all inner points, over the share of the correction; see [`Wall::influences`].
+    fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, usize, f64)) -> Vec<Self>;
 }
 
-impl Positions {
+impl Global for f64 {
+    fn global(value: f64, _: usize) -> Self {
+        value
+    }
+
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
+        dot(numbers, weights)
+    }
+
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+        let wall = Wall::new(t);
+        let slopes: Vec<f64> = t.windows(2).zip(mass.windows(2)).map(|(t, m)| (m[1] - m[0]) / (t[1] - t[0])).collect();
+        let mut speeds = vec![0.0; t.len()];
+        for p in 1..t.len() - 1 {
+            let mut speed = 0.0;
+            wall.influences(t[p], p, |k, influence| {
+                speed += influence * slopes[k];
+                visit(p, k, influence);
+            });
+            speeds[p] = speed;
+        }
+        speeds
+    }
+}
+
+impl Global for Dual4 {
+    fn global(value: f64, k: usize) -> Self {
+        Self::from_re(value).derivative(k)
+    }
+
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
+        let mut sum = Self::from_re(0.0);
+        for (x, w) in numbers.iter().zip(weights) {
+            sum += *x * *w;
+        }
+        sum
+    }
+
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+        let places: Vec<f64> = t.iter().map(|t| t.re).collect();
+        let wall = Wall::new(&places);
+        let middles: Vec<Self> = t.windows(2).map(|t| (t[0] + t[1]) * 0.5).collect();
+        let slopes: Vec<Self> =
+            t.windows(2).zip(mass.windows(2)).map(|(t, m)| (t[1] - t[0]).recip() * (m[1] - m[0])).collect();
+        let slope_values: Vec<f64> = slopes.iter().map(|s| s.re).collect();
+        let mut by_middle = vec![0.0; middles.len()];
+        let mut speeds = vec![Self::from_re(0.0); t.len()];
+        for p in 1..t.len() - 1 {
+            let mut eps = [0.0; 4];
+            let local = wall.differentiate(places[p], p, &slope_values, &mut by_middle, |k, influence| {
+                for g in 0..4 {
+                    eps[g] += influence * slopes[k].eps[g];
+                }
+                visit(p, k, influence);
+            });
+            for k in local.range {
+                for g in 0..4 {
+                    eps[g] += by_middle[k] * middles[k].eps[g];
+                }
+            }
+            for g in 0..4 {
+                eps[g] += local.by_place * t[p].eps[g];
+            }
+            speeds[p] = Self { re: local.speed, eps };
+        }
+        speeds
+    }
+}
+
+/// Abscissas of the stations with their derivatives in the global directions.
+#[derive(Debug, Clone)]
+pub(crate) struct Positions<S = Dual4> {
+    /// Arc length from the stagnation point, per side and station.
+    pub abscissas: [Vec<S>; 2],
+    /// Node index of every point along the surface.
+    pub index: Vec<S>,
+}
+
+impl<S: Global> Positions<S> {
     pub fn new(layout: &Layout, section: &SectionResponse, unknowns: &Unknowns) -> Self {
-        let unit = |value: f64, k: usize| Dual4::from_re(value).derivative(k);
-        let stagnation = unit(unknowns.stagnation, STAGNATION);
-        let total = unit(section.map.total, TOTAL);
+        let stagnation = S::global(unknowns.stagnation, STAGNATION);
+        let total = S::global(section.map.total, TOTAL);
         let lengths = [stagnation, total - stagnation];
-        let abscissas = [0, 1].map(|k| layout.abscissas(unit(unknowns.transition[k], 1 + k), lengths[k]));
+        let abscissas = [0, 1].map(|k| layout.abscissas(S::global(unknowns.transition[k], 1 + k), lengths[k]));
         let numbering = Numbering::new(layout);
         let mut index = vec![section.map.index(stagnation); numbering.points()];
         for side in Side::BOTH {
@@ -40,128 +122,223 @@ impl Positions {
         }
         // the last stations stand exactly on the edge
         let last = (section.len() - 1) as f64;
-        index[0] = Dual4::from(0.0);
+        index[0] = S::from(0.0);
         let end = numbering.points() - 1;
-        index[end] = Dual4::from(last);
+        index[end] = S::from(last);
         Self { abscissas, index }
     }
 }
 
 /// Vortex strength at the points along the surface, and speed along the wake.
 #[derive(Debug, Clone)]
-pub(crate) struct EdgeSpeeds {
+pub(crate) struct EdgeSpeeds<S = Dual4> {
     /// At the points, with global derivatives.
-    pub points: Vec<Dual4>,
-    /// Derivatives with respect to the signed defects at the points and the defects of the wake, one column a point.
-    pub points_by_mass: DMatrix<f64>,
-    pub wake: Vec<Dual4>,
-    /// The same of the speeds along the wake, one column a node of the wake.
-    pub wake_by_mass: DMatrix<f64>,
+    pub points: Vec<S>,
+    pub wake: Vec<S>,
     /// Defect at the nodes with global derivatives, as projected (not smoothed).
-    pub node_mass: Vec<Dual4>,
+    pub node_mass: Vec<S>,
     pub projection: Projection,
     /// Spline coefficients of the strength of the panels, and of the wall response.
-    pub fields: Fields,
+    pub fields: Fields<S>,
 }
 
-impl EdgeSpeeds {
+impl<S: Global> EdgeSpeeds<S> {
     /// `mass` are the signed defects at the points (0 at the stagnation point), `wake_mass` those of the wake.
+    pub fn new(
+        section: &SectionResponse,
+        flow: &FlowResponse,
+        positions: &Positions<S>,
+        mass: &[f64],
+        wake_mass: &[f64],
+    ) -> Self {
+        Self::visit(section, flow, positions, mass, wake_mass, |_, _, _| ())
+    }
+
+    /// The same, and calls `local(p, k, influence)` with the sub-panel speed at point `p` per slope of the defect in
+    /// interval `k`.
+    pub fn visit(
+        section: &SectionResponse,
+        flow: &FlowResponse,
+        positions: &Positions<S>,
+        mass: &[f64],
+        wake_mass: &[f64],
+        local: impl FnMut(usize, usize, f64),
+    ) -> Self {
+        let t = &positions.index;
+        let (projection, node_mass) = Projection::new(t, mass, section.len());
+        let fields = Fields::new(section, flow, &node_mass, wake_mass);
+        let local = S::local_speeds(t, mass, local);
+        let last = t.len() - 1;
+        let points = (0..=last)
+            .map(|p| {
+                let weights = section.map.spline.weights(t[p]);
+                let strength = combine(&weights, &fields.strength);
+                if p == 0 || p == last {
+                    return strength;
+                }
+                let speed = local[p] - combine(&weights, &fields.wall);
+                strength + speed * per_rate(section, t[p])
+            })
+            .collect();
+        let wake = wake_speeds(flow, &node_mass, wake_mass);
+        Self { points, wake, node_mass, projection, fields }
+    }
+}
+
+/// Derivatives of the speeds with respect to the defects.
+#[derive(Debug, Clone)]
+pub(crate) struct SpeedsByMass {
+    /// With respect to the signed defects at the points and the defects of the wake, one column a point.
+    pub points: DMatrix<f64>,
+    /// The same of the speeds along the wake, one column a node of the wake.
+    pub wake: DMatrix<f64>,
+}
+
+impl Drop for SpeedsByMass {
+    fn drop(&mut self) {
+        give_back(&mut self.points);
+    }
+}
+
+/// Points whose responses are projected together.
+const LANES: usize = 8;
+
+impl SpeedsByMass {
+    /// Speeds and their derivatives.
     pub fn new(
         section: &SectionResponse,
         flow: &FlowResponse,
         positions: &Positions,
         mass: &[f64],
         wake_mass: &[f64],
-    ) -> Self {
+    ) -> (EdgeSpeeds, Self) {
         let t = &positions.index;
-        let projection = Projection::new(t, section.len());
-        let node_mass = projection.apply(mass, section.len());
-        let fields = Fields::new(section, flow, &node_mass, wake_mass);
         let (count, wakes) = (t.len(), wake_mass.len());
-        let mut points = vec![Dual4::from(0.0); count];
-        // one column a point, so that a row of the response is contiguous
-        let mut by_mass = DMatrix::zeros(count + wakes, count);
+        let mut points = large_zeros(count + wakes, count);
+        let rates: Vec<f64> =
+            (0..count).map(|p| if p > 0 && p + 1 < count { per_rate(section, t[p].re) } else { 0.0 }).collect();
+        let per_length: Vec<f64> = t.windows(2).map(|t| (t[1].re - t[0].re).recip()).collect();
+        let speeds = EdgeSpeeds::visit(section, flow, positions, mass, wake_mass, |p, k, influence| {
+            let step = influence * rates[p] * per_length[k];
+            let pair = &mut points.as_mut_slice()[p * (count + wakes) + k..][..2];
+            pair[0] -= step;
+            pair[1] += step;
+        });
+        let mut projector = Projector::new(&speeds.projection, section.len());
         let mut by_nodes = vec![0.0; section.len()];
-        for p in 0..count {
-            let weights = section.map.spline.weights(t[p]);
-            let inner = p > 0 && p + 1 < count;
-            let per_rate = if inner { per_rate(section, t[p]) } else { Dual4::from(0.0) };
-            points[p] = weighted(&weights, &fields.strength) - weighted(&weights, &fields.wall) * per_rate;
-            gather(&mut by_nodes, &weights, section, per_rate.re);
-            let mut column = by_mass.column_mut(p);
-            let column = column.as_mut_slice();
-            projection.transpose_apply(&by_nodes, column);
-            if inner {
-                points[p] += local(t, p, mass, per_rate, column);
+        for first in (0..count).step_by(LANES) {
+            let lanes = LANES.min(count - first);
+            for lane in 0..lanes {
+                let weights = section.map.spline.weights(t[first + lane].re);
+                gather(&mut by_nodes, &weights, section, rates[first + lane]);
+                projector.set(lane, &by_nodes);
+                let mut column = points.column_mut(first + lane);
+                let (cell, w) = weights;
+                for (k, value) in column.as_mut_slice()[count..].iter_mut().enumerate() {
+                    *value = (0..4).map(|q| w[q] * flow.spline_by_wake[(k, cell + q)]).sum();
+                }
             }
-            let (first, w) = &weights;
-            for k in 0..wakes {
-                column[count + k] = (0..4).map(|q| w[q].re * flow.spline_by_wake[(k, first + q)]).sum();
-            }
+            projector.add(&mut points, first, lanes);
         }
-        let (wake, wake_by_mass) = wake_speeds(flow, &projection, &node_mass, wake_mass, count);
-        Self { points, points_by_mass: by_mass, wake, wake_by_mass, node_mass, projection, fields }
+        let mut wake = DMatrix::zeros(count + wakes, wakes);
+        for first in (0..wakes).step_by(LANES) {
+            let lanes = LANES.min(wakes - first);
+            for k in first..first + lanes {
+                projector.set(k - first, flow.wake_by_nodes.column(k).as_slice());
+                let mut column = wake.column_mut(k);
+                for (l, value) in column.as_mut_slice()[count..].iter_mut().enumerate() {
+                    *value = flow.wake_by_wake[(k, l)];
+                }
+            }
+            projector.add(&mut wake, first, lanes);
+        }
+        (speeds, Self { points, wake })
     }
 }
 
-/// Share of the sub-panel correction over the arc-length rate.
-pub(crate) fn per_rate<S: crate::scalar::Scalar>(section: &SectionResponse, t: S) -> S {
-    subpanel::share(t, (section.len() - 1) as f64) / section.map.rate(t)
+/// Projects several rows over the nodes to rows over the points at a time.
+struct Projector<'a> {
+    projection: &'a Projection,
+    nodes: Vec<[f64; LANES]>,
 }
 
-/// Sub-panel speed at point `p`; adds its derivatives to `column`.
-fn local(t: &[Dual4], p: usize, mass: &[f64], per_rate: Dual4, column: &mut [f64]) -> Dual4 {
-    let mut speed = Dual4::from(0.0);
-    subpanel::influences(t, p, |k, influence| {
-        let per_step = influence * per_rate / (t[k + 1] - t[k]);
-        speed += per_step * (mass[k + 1] - mass[k]);
-        column[k + 1] += per_step.re;
-        column[k] -= per_step.re;
-    });
-    speed
+impl<'a> Projector<'a> {
+    fn new(projection: &'a Projection, nodes: usize) -> Self {
+        Self { projection, nodes: vec![[0.0; LANES]; nodes] }
+    }
+
+    fn set(&mut self, lane: usize, by_nodes: &[f64]) {
+        for (node, value) in self.nodes.iter_mut().zip(by_nodes) {
+            node[lane] = *value;
+        }
+    }
+
+    /// Adds to `lanes` columns of `result`, from column `first` on.
+    fn add(&self, result: &mut DMatrix<f64>, first: usize, lanes: usize) {
+        let rows = result.nrows();
+        let target = &mut result.as_mut_slice()[first * rows..(first + lanes) * rows];
+        for c in 0..self.projection.points() {
+            let mut sum = [0.0; LANES];
+            for (node, weight) in self.projection.column(c) {
+                let node = &self.nodes[*node];
+                for lane in 0..LANES {
+                    sum[lane] += weight * node[lane];
+                }
+            }
+            for lane in 0..lanes {
+                target[lane * rows + c] += sum[lane];
+            }
+        }
+    }
+}
+
+/// Node index per arc length, the factor of all sub-panel speeds.
+///
+/// The correction holds at every point up to the edge. It must not fade towards it: a turbulent zone that is squeezed
+/// there stands within a fraction of a panel, and without interaction at its own scale the layer in it is ill-posed.
+/// The edge itself has none; its speed is that of both sides and of the wake.
+pub(crate) fn per_rate<S: Scalar>(section: &SectionResponse, t: S) -> S {
+    section.map.rate(t).recip()
 }
 
 /// Response of the value at a point to the defects at the nodes: panels, less the wall at panel resolution.
-pub(crate) fn gather(row: &mut [f64], weights: &Weights<Dual4>, section: &SectionResponse, per_rate: f64) {
+pub(crate) fn gather(row: &mut [f64], weights: &Weights<f64>, section: &SectionResponse, per_rate: f64) {
     let (first, w) = weights;
-    row.fill(0.0);
-    for q in 0..4 {
-        let (panel, wall) = (section.spline.column(first + q), section.wall.column(first + q));
-        let (a, b) = (w[q].re, -w[q].re * per_rate);
-        for ((r, p), l) in row.iter_mut().zip(panel.iter()).zip(wall.iter()) {
-            *r += a * p + b * l;
-        }
+    let n = section.len();
+    let at = |q: usize| (first + q) * n..(first + q + 1) * n;
+    let (panel, wall) = (section.spline.as_slice(), section.wall.as_slice());
+    let [a, b, c, d] = [0, 1, 2, 3].map(|q| &panel[at(q)]);
+    let [e, f, g, h] = [0, 1, 2, 3].map(|q| &wall[at(q)]);
+    let v = w.map(|w| -w * per_rate);
+    let row = &mut row[..n];
+    for i in 0..n {
+        row[i] = w[0] * a[i]
+            + w[1] * b[i]
+            + w[2] * c[i]
+            + w[3] * d[i]
+            + v[0] * e[i]
+            + v[1] * f[i]
+            + v[2] * g[i]
+            + v[3] * h[i];
     }
-}
-
-fn weighted(weights: &Weights<Dual4>, coefficients: &[Dual4]) -> Dual4 {
-    super::surface::combine(weights, coefficients)
 }
 
 /// Spline coefficients of the strength and of the wall response, with global derivatives.
 #[derive(Debug, Clone)]
-pub(crate) struct Fields {
-    pub strength: Vec<Dual4>,
-    pub wall: Vec<Dual4>,
+pub(crate) struct Fields<S = Dual4> {
+    pub strength: Vec<S>,
+    pub wall: Vec<S>,
 }
 
-impl Fields {
-    fn new(section: &SectionResponse, flow: &FlowResponse, node_mass: &[Dual4], wake_mass: &[f64]) -> Self {
-        let n = node_mass.len();
-        let mut parts = DMatrix::zeros(5, n);
-        for (i, m) in node_mass.iter().enumerate() {
-            parts[(0, i)] = m.re;
-            for (k, d) in gradient(m).into_iter().enumerate() {
-                parts[(k + 1, i)] = d;
-            }
-        }
-        let collect =
-            |m: DMatrix<f64>| -> Vec<Dual4> { m.column_iter().map(|c| dual(c[0], [c[1], c[2], c[3], c[4]])).collect() };
-        let mut strength = collect(product(&parts, &section.spline));
-        let wall = collect(product(&parts, &section.wall));
-        for (c, value) in strength.iter_mut().enumerate() {
-            let wake: f64 = wake_mass.iter().enumerate().map(|(k, m)| flow.spline_by_wake[(k, c)] * m).sum();
-            *value += flow.inviscid_spline[c] + wake;
+impl<S: Global> Fields<S> {
+    fn new(section: &SectionResponse, flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Self {
+        let sums = |m: &DMatrix<f64>| -> Vec<S> {
+            m.as_slice().chunks_exact(m.nrows()).map(|column| S::weighted_sum(node_mass, column)).collect()
+        };
+        let (mut strength, wall) = (sums(&section.spline), sums(&section.wall));
+        let by_wake = flow.spline_by_wake.as_slice().chunks_exact(wake_mass.len());
+        for ((value, own), column) in strength.iter_mut().zip(&flow.inviscid_spline).zip(by_wake) {
+            *value += own + dot(column, wake_mass);
         }
         Self { strength, wall }
     }
@@ -170,64 +347,55 @@ impl Fields {
 /// The sparse map from the defects at the points to those at the nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Projection {
-    /// Per point: nodes and weights.
-    pub columns: Vec<Vec<(usize, Dual4)>>,
+    /// Nodes and weights, point after point.
+    entries: Vec<(usize, f64)>,
+    /// Where the entries of each point end.
+    ends: Vec<usize>,
 }
 
 impl Projection {
-    fn new(t: &[Dual4], nodes: usize) -> Self {
-        let column = |p: usize| {
-            let mut column = Vec::with_capacity(6);
-            projection::overlaps(t, p, nodes, |i, weight| column.push((i, weight)));
-            column
-        };
-        Self { columns: (0..t.len()).map(column).collect() }
+    /// Also the projected defects.
+    fn new<S: Scalar>(t: &[S], mass: &[f64], nodes: usize) -> (Self, Vec<S>) {
+        let mut node_mass = vec![S::from(0.0); nodes];
+        let mut entries = Vec::with_capacity(6 * t.len());
+        let mut ends = Vec::with_capacity(t.len());
+        for (p, mass) in mass.iter().enumerate() {
+            projection::overlaps(t, p, nodes, |i, weight| {
+                node_mass[i] += weight * *mass;
+                entries.push((i, weight.re()));
+            });
+            ends.push(entries.len());
+        }
+        (Self { entries, ends }, node_mass)
     }
 
-    fn apply(&self, mass: &[f64], nodes: usize) -> Vec<Dual4> {
-        let mut result = vec![Dual4::from(0.0); nodes];
-        for (column, m) in self.columns.iter().zip(mass) {
-            for (i, weight) in column {
-                result[*i] += *weight * *m;
-            }
-        }
-        result
+    fn points(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Nodes that feel point `p`, and their weights.
+    fn column(&self, p: usize) -> &[(usize, f64)] {
+        let start = if p == 0 { 0 } else { self.ends[p - 1] };
+        &self.entries[start..self.ends[p]]
     }
 
     pub fn transpose_apply(&self, by_nodes: &[f64], by_points: &mut [f64]) {
-        for (column, value) in self.columns.iter().zip(by_points) {
-            *value = column.iter().map(|(i, weight)| weight.re * by_nodes[*i]).sum();
+        for (p, value) in by_points.iter_mut().enumerate().take(self.points()) {
+            *value = self.column(p).iter().map(|(i, weight)| weight * by_nodes[*i]).sum();
         }
     }
 }
 
-fn wake_speeds(
-    flow: &FlowResponse,
-    projection: &Projection,
-    node_mass: &[Dual4],
-    wake_mass: &[f64],
-    count: usize,
-) -> (Vec<Dual4>, DMatrix<f64>) {
-    let wakes = wake_mass.len();
-    let mut by_mass = DMatrix::zeros(count + wakes, wakes);
-    let mut speeds = Vec::with_capacity(wakes);
-    for k in 0..wakes {
-        let by_nodes = flow.wake_by_nodes.column(k);
-        let mut column = by_mass.column_mut(k);
-        let column = column.as_mut_slice();
-        projection.transpose_apply(by_nodes.as_slice(), &mut column[..count]);
-        let mut speed = Dual4::from(flow.wake_inviscid[k]);
-        for (m, r) in node_mass.iter().zip(by_nodes.iter()) {
-            speed += *m * *r;
-        }
-        for (l, m) in wake_mass.iter().enumerate() {
-            let r = flow.wake_by_wake[(k, l)];
-            column[count + l] = r;
-            speed += r * m;
-        }
-        speeds.push(speed);
-    }
-    (speeds, by_mass)
+fn wake_speeds<S: Global>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Vec<S> {
+    (0..wake_mass.len())
+        .map(|k| {
+            let mut speed = S::weighted_sum(node_mass, flow.wake_by_nodes.column(k).as_slice()) + flow.wake_inviscid[k];
+            for (l, m) in wake_mass.iter().enumerate() {
+                speed += flow.wake_by_wake[(k, l)] * m;
+            }
+            speed
+        })
+        .collect()
 }
 
 /// Pressure-relevant strengths at the nodes of the section.

@@ -6,15 +6,16 @@
 
 use super::chain::{self, Block, Layer};
 use super::duals::{Dual4, Dual8, gradient};
+use super::eliminate::Elimination;
 use super::layout::Layout;
 use super::response::{FlowResponse, SectionResponse};
-use super::speeds::{EdgeSpeeds, Positions};
+use super::speeds::{EdgeSpeeds, Positions, SpeedsByMass};
 use super::transition;
 use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::{Derived, Regime};
 use crate::flow::linear::Factors;
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::DMatrix;
 
 /// Everything that is constant while the coupled system is solved.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +36,7 @@ pub(crate) struct Linearised {
     pub derived: Vec<Derived<Dual4>>,
     pub positions: Positions,
     pub speeds: EdgeSpeeds,
+    pub by_mass: SpeedsByMass,
     pub blocks: Vec<Block>,
     /// Mass defect (unsigned) of every station and the gradient of its logarithm in the station's unknowns.
     pub mass: Vec<f64>,
@@ -67,18 +69,21 @@ impl<'a> System<'a> {
         let blocks = chain::blocks(&layer, unknowns, &derived, &positions);
         let (mass, log_mass) = self.masses(&derived, &numbering);
         let (points, wake) = signed(&mass, &numbering);
-        let speeds = EdgeSpeeds::new(self.section, self.flow, &positions, &points, &wake);
-        let speed_residual = (0..numbering.stations())
-            .map(|k| {
-                let speed = unknowns.stations[k].log_speed.exp();
-                match numbering.on_side(k) {
-                    Some((side, j)) => speed - side.sign() * speeds.points[numbering.point(side, j)].re,
-                    None => speed - speeds.wake[k - numbering.wake_start()].re,
-                }
-            })
-            .collect();
+        let (speeds, by_mass) = SpeedsByMass::new(self.section, self.flow, &positions, &points, &wake);
+        let speed_residual = self.speed_residuals(unknowns, &speeds);
         let transition = Side::BOTH.map(|side| self.transition(unknowns, side));
-        Linearised { numbering, derived, positions, speeds, blocks, mass, log_mass, speed_residual, transition }
+        Linearised {
+            numbering,
+            derived,
+            positions,
+            speeds,
+            by_mass,
+            blocks,
+            mass,
+            log_mass,
+            speed_residual,
+            transition,
+        }
     }
 
     /// Mass defects of all stations; in the wake with the dead air.
@@ -93,7 +98,7 @@ impl<'a> System<'a> {
         derived.iter().enumerate().map(total).map(|m| (m.re, gradient(&m).map(|g| g / m.re))).unzip()
     }
 
-    fn transition(&self, unknowns: &Unknowns, side: Side) -> Dual8 {
+    pub(super) fn transition(&self, unknowns: &Unknowns, side: Side) -> Dual8 {
         let (at, numbering) = (side.index(), Numbering::new(self.layout));
         let unit = |value: f64, k: usize| Dual8::from_re(value).derivative(k);
         let (stagnation, total) = (unit(unknowns.stagnation, 0), unit(self.section.map.total, 3));
@@ -170,26 +175,39 @@ impl Linearised {
 
     /// Derivative of the speed residual of station `k` with respect to ln of the defects of all stations, and to the
     /// four global directions, but without the station's own speed.
-    fn speed_row(&self, k: usize, row: &mut [f64]) -> [f64; 4] {
+    pub(super) fn speed_row(&self, k: usize, row: &mut [f64]) -> [f64; 4] {
         let n = &self.numbering;
         let (sign, by_mass, by_global) = match n.on_side(k) {
             Some((side, j)) => {
                 let p = n.point(side, j);
-                (side.sign(), self.speeds.points_by_mass.column(p), self.speeds.points[p])
+                (side.sign(), self.by_mass.points.column(p), self.speeds.points[p])
             }
             None => {
                 let w = k - n.wake_start();
-                (1.0, self.speeds.wake_by_mass.column(w), self.speeds.wake[w])
+                (1.0, self.by_mass.wake.column(w), self.speeds.wake[w])
             }
         };
-        for (l, value) in row.iter_mut().enumerate().take(n.stations()) {
-            let (column, signed) = match n.on_side(l) {
-                Some((side, j)) => (n.point(side, j), side.sign()),
-                None => (n.points() + l - n.wake_start(), 1.0),
-            };
-            *value = -sign * by_mass[column] * signed * self.mass[l];
-        }
+        scatter_by_mass(n, by_mass.as_slice(), &self.mass, -sign, row);
         gradient(&by_global).map(|g| -sign * g)
+    }
+}
+
+/// From derivatives with respect to the signed defects at the points and in the wake to those with respect to the
+/// logarithms of the defects of the stations, times `factor`.
+fn scatter_by_mass(numbering: &Numbering, by_mass: &[f64], mass: &[f64], factor: f64, row: &mut [f64]) {
+    let side = numbering.side;
+    let (upper, rest) = by_mass.split_at(side);
+    let (lower, wake) = rest[1..].split_at(side);
+    let (own_upper, rest) = row.split_at_mut(side);
+    let (own_lower, own_wake) = rest.split_at_mut(side);
+    for ((r, v), m) in own_upper.iter_mut().zip(upper.iter().rev()).zip(mass) {
+        *r = factor * v * m;
+    }
+    for ((r, v), m) in own_lower.iter_mut().zip(lower).zip(&mass[side..]) {
+        *r = -factor * v * m;
+    }
+    for ((r, v), m) in own_wake.iter_mut().zip(wake).zip(&mass[2 * side..]) {
+        *r = factor * v * m;
     }
 }
 
@@ -197,100 +215,67 @@ impl Linearised {
 #[derive(Debug, Clone)]
 pub(crate) struct Reduced<'a> {
     pub system: &'a Linearised,
-    /// Inverse of the block of every station in (ln θ, third, ln u).
-    inverse: Vec<Matrix3<f64>>,
-    /// Response of (ln θ, third, ln u) of every station to the dense unknowns; the last row holds the right-hand side.
-    /// One column per station and unknown.
-    response: DMatrix<f64>,
+    elimination: Elimination,
+    /// Of the transposed dense matrix.
     factors: Factors,
-}
-
-/// A coupling in the variables of the elimination: (ln θ, third, ln u) and the logarithm of the defect.
-struct Turned {
-    states: Matrix3<f64>,
-    defect: Vector3<f64>,
-}
-
-fn turn(coupling: &chain::Coupling, log_mass: &[f64; 4]) -> Turned {
-    let [by_theta, by_shape, _, by_speed] = *log_mass;
-    let mut states = Matrix3::zeros();
-    let mut defect = Vector3::zeros();
-    for (i, row) in coupling.iter().enumerate() {
-        let share = row[1] / by_shape;
-        states[(i, 0)] = row[0] - share * by_theta;
-        states[(i, 1)] = row[2];
-        states[(i, 2)] = row[3] - share * by_speed;
-        defect[i] = share;
-    }
-    Turned { states, defect }
 }
 
 impl<'a> Reduced<'a> {
     /// `None` where a block or the dense system is singular or not finite.
     pub fn new(system: &'a Linearised) -> Option<Self> {
-        let n = system.numbering.stations();
-        let (inverse, response) = eliminate(system)?;
-        let size = n + 3;
-        let mut rows = DMatrix::zeros(size, size);
-        for k in 0..n {
-            let speed = system.derived[k].state.log_speed.re.exp();
-            let mut column = rows.column_mut(k);
-            let row = column.as_mut_slice();
-            let globals = system.speed_row(k, row);
-            row[n..].copy_from_slice(&globals[..3]);
-            for (r, z) in row.iter_mut().zip(response.column(3 * k + 2).iter()) {
-                *r += speed * z;
-            }
-        }
-        for side in Side::BOTH {
-            let at = side.index();
-            let slope = gradient(&system.transition[at]);
-            let last = system.last_laminar(side);
-            let mut column = rows.column_mut(n + at);
-            let row = column.as_mut_slice();
-            for (r, z) in row.iter_mut().zip(response.column(3 * last + 1).iter()) {
-                *r = slope[BY_AMPLIFICATION] * z;
-            }
-            for g in 0..3 {
-                row[n + g] += slope[g];
-            }
-        }
-        let mut column = rows.column_mut(n + 2);
-        system.stagnation_row(column.as_mut_slice());
-        let factors = Factors::new(&rows.transpose())?;
-        Some(Self { system, inverse, response, factors })
+        let elimination = Elimination::new(system)?;
+        let factors = Factors::of(elimination.dense_transposed(system))?;
+        Some(Self { system, elimination, factors })
     }
 
     /// The Newton step: minus the inverse Jacobian times the residuals.
     pub fn step(&self) -> Change {
         let system = self.system;
+        self.solve(&Residuals {
+            blocks: &system.blocks.iter().map(|b| b.residual).collect::<Vec<_>>(),
+            speed: &system.speed_residual,
+            transition: system.transition.map(|t| t.re),
+            stagnation: system.speeds.points[system.numbering.side].re,
+        })
+    }
+
+    /// Minus the inverse Jacobian times any residuals.
+    pub fn solve(&self, residuals: &Residuals) -> Change {
+        let system = self.system;
         let n = system.numbering.stations();
-        let constant = n + 3;
-        let mut dense = DMatrix::zeros(n + 3, 1);
+        let still = self.elimination.march(residuals.blocks, &[], [0.0; 3]);
+        let mut dense = vec![0.0; n + 3];
         for k in 0..n {
-            let speed = system.derived[k].state.log_speed.re.exp();
-            dense[k] = -system.speed_residual[k] - speed * self.response[(constant, 3 * k + 2)];
+            dense[k] = -residuals.speed[k] - self.elimination.speed[k] * still[k][2];
         }
         for side in Side::BOTH {
-            let t = system.transition[side.index()];
-            let last = system.last_laminar(side);
-            dense[n + side.index()] = -t.re - gradient(&t)[BY_AMPLIFICATION] * self.response[(constant, 3 * last + 1)];
+            let slope = gradient(&system.transition[side.index()])[BY_AMPLIFICATION];
+            dense[n + side.index()] = -residuals.transition[side.index()] - slope * still[system.last_laminar(side)][1];
         }
-        dense[n + 2] = -system.speeds.points[system.numbering.side].re;
-        self.factors.solve(&mut dense);
-        let stations = (0..n)
-            .map(|k| {
-                let z = [0, 1, 2].map(|i| {
-                    let column = self.response.column(3 * k + i);
-                    column.iter().zip(dense.iter()).map(|(a, b)| a * b).sum::<f64>() + column[constant]
-                });
+        dense[n + 2] = -residuals.stagnation;
+        let dense = self.factors.solve_transposed_vector(dense);
+        let globals = [dense[n], dense[n + 1], dense[n + 2]];
+        let states = self.elimination.march(residuals.blocks, &dense[..n], globals);
+        let stations = states
+            .iter()
+            .enumerate()
+            .map(|(k, z)| {
                 let [by_theta, by_shape, _, by_speed] = system.log_mass[k];
                 let shape = (dense[k] - by_theta * z[0] - by_speed * z[2]) / by_shape;
                 [z[0], shape, z[1], z[2]]
             })
             .collect();
-        Change { stations, globals: [dense[n], dense[n + 1], dense[n + 2]] }
+        Change { stations, globals }
     }
+}
+
+/// Residuals of all equations.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Residuals<'a> {
+    pub blocks: &'a [[f64; 3]],
+    pub speed: &'a [f64],
+    pub transition: [f64; 2],
+    pub stagnation: f64,
 }
 
 impl Linearised {
@@ -299,79 +284,12 @@ impl Linearised {
     }
 
     /// Row of the stagnation equation over the dense unknowns.
-    fn stagnation_row(&self, row: &mut [f64]) {
+    pub(super) fn stagnation_row(&self, row: &mut [f64]) {
         let n = &self.numbering;
-        let by_mass = self.speeds.points_by_mass.column(n.side);
-        for l in 0..n.stations() {
-            let (column, sign) = match n.on_side(l) {
-                Some((side, j)) => (n.point(side, j), side.sign()),
-                None => (n.points() + l - n.wake_start(), 1.0),
-            };
-            row[l] = by_mass[column] * sign * self.mass[l];
-        }
+        let by_mass = self.by_mass.points.column(n.side);
+        scatter_by_mass(n, by_mass.as_slice(), &self.mass, 1.0, row);
         row[n.stations()..].copy_from_slice(&gradient(&self.speeds.points[n.side])[..3]);
     }
-}
-
-/// Marches the blocks downstream. Returns the inverse own blocks and the responses.
-fn eliminate(system: &Linearised) -> Option<(Vec<Matrix3<f64>>, DMatrix<f64>)> {
-    let numbering = &system.numbering;
-    let n = numbering.stations();
-    let mut inverses = Vec::with_capacity(n);
-    let mut response = DMatrix::zeros(n + 4, 3 * n);
-    let mut right = DMatrix::zeros(n + 4, 3);
-    for (k, block) in system.blocks.iter().enumerate() {
-        let own = turn(&block.own, &system.log_mass[k]);
-        let inverse = own.states.try_inverse()?;
-        // unknowns that can act on this station
-        let reach = match numbering.on_side(k) {
-            Some((side, _)) => numbering.station(side, 0)..k + 1,
-            None => 0..k + 1,
-        };
-        right.fill(0.0);
-        for (up, coupling) in block.upstream.iter().flatten() {
-            let turned = turn(coupling, &system.log_mass[*up]);
-            for i in 0..3 {
-                right[(*up, i)] += turned.defect[i];
-                for q in 0..3 {
-                    let factor = turned.states[(i, q)];
-                    if factor == 0.0 {
-                        continue;
-                    }
-                    let source = response.column(3 * up + q);
-                    let (source, mut target) = (source.as_slice(), right.column_mut(i));
-                    let target = target.as_mut_slice();
-                    for range in [reach.clone(), n..n + 4] {
-                        for (t, s) in target[range.clone()].iter_mut().zip(&source[range]) {
-                            *t += factor * s;
-                        }
-                    }
-                }
-            }
-        }
-        for i in 0..3 {
-            right[(k, i)] += own.defect[i];
-            for g in 0..3 {
-                right[(n + g, i)] += block.globals[i][g];
-            }
-            right[(n + 3, i)] += block.residual[i];
-        }
-        for i in 0..3 {
-            let mut column = response.column_mut(3 * k + i);
-            let target = column.as_mut_slice();
-            for q in 0..3 {
-                let factor = -inverse[(i, q)];
-                let source = right.column(q);
-                for range in [reach.clone(), n..n + 4] {
-                    for (t, s) in target[range.clone()].iter_mut().zip(&source.as_slice()[range]) {
-                        *t += factor * s;
-                    }
-                }
-            }
-        }
-        inverses.push(inverse);
-    }
-    Some((inverses, response))
 }
 
 /// Sensitivity of one output to all unknowns, laid out like a [`Change`].
@@ -398,35 +316,22 @@ impl Reduced<'_> {
         for (k, [theta, shape, third, speed]) in output.stations.iter().copied().enumerate() {
             let [by_theta, by_shape, _, by_speed] = system.log_mass[k];
             let share = shape / by_shape;
-            states.push(Vector3::new(theta - share * by_theta, third, speed - share * by_speed));
+            states.push([theta - share * by_theta, third, speed - share * by_speed]);
             dense[k] += share;
         }
         for g in 0..3 {
             dense[n + g] += output.globals[g];
         }
-        for (k, z) in states.iter().enumerate() {
-            for i in (0..3).filter(|&i| z[i] != 0.0) {
-                for (d, r) in dense.iter_mut().zip(self.response.column(3 * k + i).iter()) {
-                    *d += z[i] * r;
-                }
-            }
-        }
-        self.factors.solve_transposed(&mut dense);
+        self.elimination.march_back(&mut states.clone(), dense.as_mut_slice());
+        self.factors.solve(&mut dense);
         for k in 0..n {
-            states[k][2] -= system.derived[k].state.log_speed.re.exp() * dense[k];
+            states[k][2] -= self.elimination.speed[k] * dense[k];
         }
         for side in Side::BOTH {
             let slope = gradient(&system.transition[side.index()])[BY_AMPLIFICATION];
             states[system.last_laminar(side)][1] -= slope * dense[n + side.index()];
         }
-        let mut chain = vec![[0.0; 3]; n];
-        for k in (0..n).rev() {
-            let multiplier = self.inverse[k].transpose() * states[k];
-            chain[k] = [multiplier[0], multiplier[1], multiplier[2]];
-            for (up, coupling) in system.blocks[k].upstream.iter().flatten() {
-                states[*up] -= turn(coupling, &system.log_mass[*up]).states.transpose() * multiplier;
-            }
-        }
+        let chain = self.elimination.multipliers(states);
         let dense = dense.as_slice();
         Multipliers {
             chain,

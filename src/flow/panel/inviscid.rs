@@ -1,7 +1,9 @@
 //! The inviscid problem: linear vortices that make the inside of the section a streamline.
 
+use super::edge::EdgeEquation;
 use super::kernel::stream_influence;
 use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
+use super::polar::{Polar, Straight};
 use crate::flow::FlowError;
 use crate::flow::linear::Factors;
 use nalgebra::DMatrix;
@@ -9,7 +11,8 @@ use nalgebra::DMatrix;
 /// Factorised panel equations of one section: vortex strengths at the nodes for any onset flow.
 ///
 /// Unknowns are the clockwise strengths at the N nodes and the stream function inside; equations are the stream
-/// function at the nodes and the Kutta condition (Drela, XFOIL, 1989, section 2).
+/// function at the nodes and the Kutta condition (Drela, XFOIL, 1989, section 2). The two nodes at the trailing edge share
+/// one equation, row 0, the mean of theirs; row N − 1 is the [equation of the edge](super::edge).
 #[derive(Debug, Clone)]
 pub(crate) struct PanelSystem {
     pub outline: Outline,
@@ -18,30 +21,30 @@ pub(crate) struct PanelSystem {
     pub unit: DMatrix<f64>,
     /// Stream function at the nodes per constant source strength of each panel, N × (N − 1).
     pub source: DMatrix<f64>,
+    /// The equation of the trailing edge.
+    pub edge: EdgeEquation,
+    /// Distances and directions between the nodes.
+    pub polar: Polar,
 }
-
-/// The equation that stands for the stream function at the last node: weights of the nodes.
-///
-/// At a sharp trailing edge the first and the last node are one point and give one equation. The other is that the
-/// mean speed of the two sides, q = (γ_k − γ_{N−1−k})/2, reaches the edge on the parabola of its next three nodes.
-/// A thin blunt edge gives two almost equal equations, whose difference says the same less well; so this condition
-/// is used there too, and the solution goes to that of the sharp edge as the gap closes.
-pub(crate) const EXTRAPOLATION: [f64; 4] = [1.0, -3.0, 3.0, -1.0];
 
 impl PanelSystem {
     pub fn new(outline: Outline) -> Result<Self, FlowError> {
         let n = outline.len();
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         let mut source = DMatrix::zeros(n, n - 1);
-        for i in 0..n {
-            for j in 0..n - 1 {
-                let influence = stream_influence(outline.panel(j), outline.nodes[i], outline.place(i, j));
+        let polar = Polar::among(&outline.nodes);
+        for j in 0..n - 1 {
+            let panel = Straight::new(outline.panel(j));
+            for i in 0..n {
+                let seen = polar.seen_of_surface(i, [j, j + 1], &panel);
+                let at = panel.local(outline.nodes[i]);
+                let influence = seen.sight(at, panel.length, outline.place(i, j)).stream();
                 matrix[(i, j)] += influence.vortex[0];
                 matrix[(i, j + 1)] += influence.vortex[1];
                 source[(i, j)] = influence.source;
             }
-            matrix[(i, n)] = -1.0;
         }
+        matrix.column_mut(n).rows_mut(0, n).fill(-1.0);
         if outline.trailing_edge == TrailingEdge::Blunt {
             for i in 0..n {
                 let closing = closing_influence(&outline, i);
@@ -50,7 +53,11 @@ impl PanelSystem {
             }
         }
         share_edge_rows(&mut matrix, n);
-        replace_last_row(&mut matrix, n);
+        let edge = EdgeEquation::new(&outline);
+        edge.write(&mut matrix, n - 1);
+        // Kutta condition
+        matrix[(n, 0)] = 1.0;
+        matrix[(n, n - 1)] = 1.0;
         let factors = Factors::new(&matrix).ok_or(FlowError::SingularPanels)?;
         let mut unit = DMatrix::zeros(n + 1, 2);
         for (i, node) in outline.nodes.iter().enumerate() {
@@ -58,9 +65,11 @@ impl PanelSystem {
             unit[(i, 1)] = node[0];
         }
         share_edge_rows(&mut unit, n);
-        unit.row_mut(n - 1).fill(0.0);
+        for c in 0..2 {
+            unit[(n - 1, c)] = -edge.cut.direction[c];
+        }
         factors.solve(&mut unit);
-        Ok(Self { outline, factors, unit, source })
+        Ok(Self { outline, factors, unit, source, edge, polar })
     }
 
     /// Vortex strengths at the nodes, equal to the speed along the surface (positive clockwise, in units of the
@@ -87,15 +96,4 @@ pub(crate) fn share_edge_rows(rows: &mut DMatrix<f64>, n: usize) {
     for j in 0..rows.ncols() {
         rows[(0, j)] = 0.5 * (rows[(0, j)] + rows[(n - 1, j)]);
     }
-}
-
-/// Puts the trailing-edge condition in row N − 1 and the Kutta condition in row N.
-fn replace_last_row(matrix: &mut DMatrix<f64>, n: usize) {
-    matrix.row_mut(n - 1).fill(0.0);
-    for (k, weight) in EXTRAPOLATION.iter().enumerate() {
-        matrix[(n - 1, k)] += weight;
-        matrix[(n - 1, n - 1 - k)] -= weight;
-    }
-    matrix[(n, 0)] = 1.0;
-    matrix[(n, n - 1)] = 1.0;
 }

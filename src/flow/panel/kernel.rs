@@ -17,27 +17,34 @@ pub(crate) enum Place {
     End,
 }
 
-/// Coordinates of a point in the frame of a panel, with the transcendental functions both strengths share.
+/// A point in the frame of a panel, with the transcendental functions that the kernels share.
 #[derive(Debug, Clone, Copy)]
-struct Frame<S> {
-    x: S,
-    z: S,
-    length: S,
+pub(crate) struct Sight<S> {
+    pub x: S,
+    pub z: S,
+    pub length: S,
     /// ln of the distance to the start; 0 at the start itself, where it is always multiplied by zero.
-    ln1: S,
+    pub ln1: S,
     /// ln of the distance to the end; 0 at the end itself.
-    ln2: S,
+    pub ln2: S,
+    /// Angle under which the panel is seen, positive from the left; zero on the panel's own line.
+    pub seen: S,
+    /// Directions of the point from the start and from the end, where the kernel needs them; the cut is the kernel's.
+    pub angle1: S,
+    pub angle2: S,
 }
 
-impl<S: Scalar> Frame<S> {
+impl<S: Scalar> Sight<S> {
+    /// Without the two directions.
     fn new(panel: [[S; 2]; 2], point: [S; 2], place: Place) -> Self {
         let [a, b] = panel;
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let length = (dx * dx + dy * dy).sqrt();
         let zero = S::from(0.0);
+        let on_panel = |x, ln1, ln2| Self { x, z: zero, length, ln1, ln2, seen: zero, angle1: zero, angle2: zero };
         match place {
-            Place::Start => Self { x: zero, z: zero, length, ln1: zero, ln2: length.ln() },
-            Place::End => Self { x: length, z: zero, length, ln1: length.ln(), ln2: zero },
+            Place::Start => on_panel(zero, zero, length.ln()),
+            Place::End => on_panel(length, length.ln(), zero),
             Place::Elsewhere => {
                 let (tx, ty) = (dx / length, dy / length);
                 let (px, py) = (point[0] - a[0], point[1] - a[1]);
@@ -45,17 +52,70 @@ impl<S: Scalar> Frame<S> {
                 let w = x - length;
                 let ln1 = (x * x + z * z).ln() * 0.5;
                 let ln2 = (w * w + z * z).ln() * 0.5;
-                Self { x, z, length, ln1, ln2 }
+                let seen = (z * length).angle(x * w + z * z);
+                Self { x, z, length, ln1, ln2, seen, angle1: zero, angle2: zero }
             }
         }
     }
 
-    /// Angle under which the panel is seen, positive from the left; zero on the panel's own line.
-    fn seen(&self, place: Place) -> S {
-        if place != Place::Elsewhere {
-            return S::from(0.0);
-        }
-        (self.z * self.length).angle(self.x * (self.x - self.length) + self.z * self.z)
+    /// Stream function of a vortex and source panel; directions from the panel's own, the cut along its right-hand
+    /// normal.
+    #[inline(always)]
+    pub fn stream(&self) -> StreamInfluence<S> {
+        let Self { x, z, length, ln1, ln2, seen, angle1, angle2 } = *self;
+        let w = x - length;
+        let constant = z * seen - length + x * ln1 - w * ln2;
+        let (r1, r2) = (x * x + z * z, w * w + z * z);
+        let moment = x * constant + (r2 * ln2 - r1 * ln1) * 0.5 + (r1 - r2) * 0.25;
+        let at_end = moment / length;
+        let scale = 0.5 / PI;
+        let source = x * angle1 - w * angle2 + z * (ln1 - ln2);
+        StreamInfluence { vortex: [(constant - at_end) * scale, at_end * scale], source: source * scale }
+    }
+
+    /// Stream function of a linear source panel; directions less π, the cut straight ahead.
+    #[inline(always)]
+    pub fn wake_stream(&self) -> [S; 2] {
+        let Self { x, z, length, ln1, ln2, angle1, angle2, .. } = *self;
+        let w = x - length;
+        let (r1, r2) = (x * x + z * z, w * w + z * z);
+        let constant = x * angle1 - w * angle2 + z * (ln1 - ln2);
+        let moment = x * constant - (r1 * angle1 - r2 * angle2 + z * length) * 0.5;
+        let at_end = moment / length;
+        [(constant - at_end) * (0.5 / PI), at_end * (0.5 / PI)]
+    }
+
+    /// Velocity of a vortex and source panel in its own frame.
+    #[inline(always)]
+    pub fn velocity(&self) -> LocalVelocity<S> {
+        let Self { x, z, length, ln1, ln2, seen, .. } = *self;
+        let log = ln1 - ln2;
+        let scale = 0.5 / PI;
+        // gradients along and across the panel of ∫ ln r and of ∫ ξ ln r, divided by the length
+        let along = [log, (x * log - length + z * seen) / length];
+        let across = [seen, (x * seen - z * log) / length];
+        let ends = |v: [S; 2]| [(v[0] - v[1]) * scale, v[1] * scale];
+        LocalVelocity { along: ends(along), across: ends(across) }
+    }
+}
+
+/// Velocity of a source panel along and across it, per strength at the start and at the end; that of a vortex panel
+/// is turned by a right angle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LocalVelocity<S> {
+    along: [S; 2],
+    across: [S; 2],
+}
+
+impl<S: Scalar> LocalVelocity<S> {
+    #[inline(always)]
+    pub fn source(&self, end: usize) -> [S; 2] {
+        [self.along[end], self.across[end]]
+    }
+
+    #[inline(always)]
+    pub fn vortex(&self, end: usize) -> [S; 2] {
+        [self.across[end], -self.along[end]]
     }
 }
 
@@ -73,40 +133,27 @@ pub(crate) struct StreamInfluence<S> {
 /// The cut of the source's angle leaves the panel along its right-hand normal: outside a section whose nodes run
 /// counter-clockwise, so that the stream function is continuous inside it.
 pub(crate) fn stream_influence<S: Scalar>(panel: [[S; 2]; 2], point: [S; 2], place: Place) -> StreamInfluence<S> {
-    let f = Frame::new(panel, point, place);
-    let (x, z, d) = (f.x, f.z, f.length);
-    let w = x - d;
-    let seen = f.seen(place);
-    // angle of the point seen from the start and the end, from the panel's direction
-    let (angle1, angle2) = match place {
+    let mut sight = Sight::new(panel, point, place);
+    let (x, w, z) = (sight.x, sight.x - sight.length, sight.z);
+    (sight.angle1, sight.angle2) = match place {
         Place::Start => (S::from(0.0), S::from(PI)),
         Place::End => (S::from(0.0), S::from(0.0)),
         Place::Elsewhere => ((-x).angle(z) + FRAC_PI_2, (-w).angle(z) + FRAC_PI_2),
     };
-    let constant = z * seen - d + x * f.ln1 - w * f.ln2;
-    let (r1, r2) = (x * x + z * z, w * w + z * z);
-    let moment = x * constant + (r2 * f.ln2 - r1 * f.ln1) * 0.5 + (r1 - r2) * 0.25;
-    let at_end = moment / d;
-    let scale = 0.5 / PI;
-    let source = x * angle1 - w * angle2 + z * (f.ln1 - f.ln2);
-    StreamInfluence { vortex: [(constant - at_end) * scale, at_end * scale], source: source * scale }
+    sight.stream()
 }
 
 /// Stream function at `point` of a linear source panel, per strength at the start and at the end.
 ///
 /// The cut leaves the panel straight ahead, so it is meant for the wake, whose panels look downstream.
+#[cfg(test)]
 pub(crate) fn wake_source_stream<S: Scalar>(panel: [[S; 2]; 2], point: [S; 2], place: Place) -> [S; 2] {
-    let f = Frame::new(panel, point, place);
-    let (x, z, d) = (f.x, f.z, f.length);
-    let w = x - d;
+    let mut sight = Sight::new(panel, point, place);
+    let (x, w, z) = (sight.x, sight.x - sight.length, sight.z);
     let zero = S::from(0.0);
-    let angle1 = if place == Place::Start { zero } else { (-z).angle(-x) };
-    let angle2 = if place == Place::End { zero } else { (-z).angle(-w) };
-    let (r1, r2) = (x * x + z * z, w * w + z * z);
-    let constant = x * angle1 - w * angle2 + z * (f.ln1 - f.ln2);
-    let moment = x * constant - (r1 * angle1 - r2 * angle2 + z * d) * 0.5;
-    let at_end = moment / d;
-    [(constant - at_end) * (0.5 / PI), at_end * (0.5 / PI)]
+    sight.angle1 = if place == Place::Start { zero } else { (-z).angle(-x) };
+    sight.angle2 = if place == Place::End { zero } else { (-z).angle(-w) };
+    sight.wake_stream()
 }
 
 /// Velocity at a point, in the outer frame, per unit strength at the two ends of a panel.
@@ -123,17 +170,14 @@ pub(crate) struct VelocityInfluence<S> {
 /// At an end of the panel the infinite logarithm and half the jump are left out: two panels that meet there with
 /// equal strength cancel them.
 pub(crate) fn velocity_influence<S: Scalar>(panel: [[S; 2]; 2], point: [S; 2], place: Place) -> VelocityInfluence<S> {
-    let f = Frame::new(panel, point, place);
-    let (x, z, d) = (f.x, f.z, f.length);
-    let (seen, log) = (f.seen(place), f.ln1 - f.ln2);
-    // gradients along and across the panel of ∫ ln r and of ∫ ξ ln r, divided by the length
-    let along = [log, (x * log - d + z * seen) / d];
-    let across = [seen, (x * seen - z * log) / d];
+    let sight = Sight::new(panel, point, place);
+    let d = sight.length;
     let (tx, ty) = ((panel[1][0] - panel[0][0]) / d, (panel[1][1] - panel[0][1]) / d);
-    let scale = 0.5 / PI;
-    let outer = |t: S, n: S| [(t * tx - n * ty) * scale, (t * ty + n * tx) * scale];
-    let ends =
-        |along: [S; 2], across: [S; 2]| [outer(along[0] - along[1], across[0] - across[1]), outer(along[1], across[1])];
-    let minus = along.map(|v| -v);
-    VelocityInfluence { vortex: ends(across, minus), source: ends(along, across) }
+    let outer = |[t, n]: [S; 2]| [t * tx - n * ty, t * ty + n * tx];
+    let velocity = sight.velocity();
+    let ends = [0, 1];
+    VelocityInfluence {
+        vortex: ends.map(|end| outer(velocity.vortex(end))),
+        source: ends.map(|end| outer(velocity.source(end))),
+    }
 }

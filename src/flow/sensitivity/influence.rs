@@ -1,28 +1,38 @@
 //! Reverse sweep through the panel equations: every panel and every node, once for all outputs.
 
+use super::sums::{PanelSums, variables};
 use super::{Collected, Each, OUTPUTS, Reverse};
 use crate::flow::coupled::duals::{Dual4, Dual8, gradient};
 use crate::flow::coupled::response::{edge_place, wake_points, wake_strength_matrix};
-use crate::flow::panel::kernel::{stream_influence, wake_source_stream};
+use crate::flow::panel::kernel::stream_influence;
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
+use crate::flow::panel::polar::Straight;
 use nalgebra::{DMatrix, DVector};
 
-/// Weights of the stream function at the nodes: multipliers of the panel equations, negative.
-pub(super) fn stream_weights(reverse: &Reverse) -> Each<Vec<f64>> {
+/// Multipliers of the panel equations, negative.
+pub(super) struct PanelWeights {
+    /// Of the stream function at the nodes.
+    pub stream: Each<Vec<f64>>,
+    /// Of the mean velocity through the cut at the trailing edge.
+    pub edge: [f64; OUTPUTS],
+}
+
+pub(super) fn panel_weights(reverse: &Reverse) -> PanelWeights {
     let n = reverse.section.len();
     let mut columns = DMatrix::zeros(n + 1, OUTPUTS);
     for output in 0..OUTPUTS {
         columns.column_mut(output).rows_mut(0, n).copy_from_slice(&reverse.strengths[output]);
     }
     reverse.section.panels.factors.solve_transposed(&mut columns);
-    std::array::from_fn(|output| {
+    let stream = std::array::from_fn(|output| {
         let column = columns.column(output);
         let mut weights: Vec<f64> = (0..n).map(|i| -column[i]).collect();
-        // the first equation is the mean of both edge nodes; the last is the edge condition, without geometry
+        // the first equation is the mean of both edge nodes
         weights[0] *= 0.5;
         weights[n - 1] = weights[0];
         weights
-    })
+    });
+    PanelWeights { stream, edge: std::array::from_fn(|output| -columns[(n - 1, output)]) }
 }
 
 /// A panel seen from a point, with the relative positions of its ends as variables.
@@ -58,10 +68,11 @@ pub(super) fn solution_strengths(reverse: &Reverse) -> (Vec<f64>, Vec<f64>, Vec<
 }
 
 pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
-    let weights = stream_weights(reverse);
+    let PanelWeights { stream: weights, edge } = panel_weights(reverse);
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
     let (strengths, smoothed, _) = solution_strengths(reverse);
+    super::edge::add_surface_panels(reverse, &edge, &strengths, &smoothed, collected);
     let (sin, cos) = reverse.flow.alpha.sin_cos();
     for (i, point) in outline.nodes.iter().enumerate() {
         for output in 0..OUTPUTS {
@@ -71,26 +82,37 @@ pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
             collected.nodes[output][i][1] += w * cos;
             collected.alpha[output] -= w * (point[1] * sin + point[0] * cos);
         }
-        for j in 0..n - 1 {
-            let panel = seen_from(*point, outline.panel(j));
-            let influence = stream_influence(panel, origin(), outline.place(i, j));
-            let [a, b] = panel;
-            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-            let length = num_dual::DualNum::sqrt(&(dx * dx + dy * dy));
+    }
+    let lanes: Vec<[f64; OUTPUTS]> = (0..n).map(|i| std::array::from_fn(|output| weights[output][i])).collect();
+    let mut velocity = vec![[0.0; 2]; n];
+    for j in 0..n - 1 {
+        let ends = outline.panel(j);
+        let panel = Straight::new(ends);
+        let jump = smoothed[j + 1] - smoothed[j];
+        let mut sums = PanelSums::default();
+        for (i, point) in outline.nodes.iter().enumerate() {
+            let seen = reverse.section.panels.polar.seen_of_surface(i, [j, j + 1], &panel);
+            let (at, length) = variables(&panel, *point);
+            let influence = seen.sight(at, length, outline.place(i, j)).stream();
             let stream = influence.vortex[0] * strengths[j] + influence.vortex[1] * strengths[j + 1]
-                - influence.source / length * (smoothed[j + 1] - smoothed[j]);
-            let g = gradient(&stream);
-            for output in 0..OUTPUTS {
-                let w = weights[output][i];
-                let nodes = &mut collected.nodes[output];
-                let mut own = [0.0; 2];
-                for c in 0..2 {
-                    nodes[j][c] += w * g[c];
-                    nodes[j + 1][c] += w * g[2 + c];
-                    own[c] -= w * (g[c] + g[2 + c]);
-                }
-                nodes[i][0] += own[0];
-                nodes[i][1] += own[1];
+                - influence.source / length * jump;
+            sums.add(&panel, *point, stream.eps, &lanes[i]);
+            let by_point = panel.outer([stream.eps[0], stream.eps[1]]);
+            velocity[i][0] += by_point[0];
+            velocity[i][1] += by_point[1];
+        }
+        for output in 0..OUTPUTS {
+            let by_ends = sums.by_ends(ends, output);
+            for c in 0..2 {
+                collected.nodes[output][j][c] += by_ends[0][c];
+                collected.nodes[output][j + 1][c] += by_ends[1][c];
+            }
+        }
+    }
+    for output in 0..OUTPUTS {
+        for (i, v) in velocity.iter().enumerate() {
+            for c in 0..2 {
+                collected.nodes[output][i][c] += lanes[i][output] * v[c];
             }
         }
     }
@@ -160,18 +182,40 @@ fn add_closing(reverse: &Reverse, weights: &Each<Vec<f64>>, strengths: &[f64], c
 
 /// Wake sources in the stream function at the nodes; adds to the nodes and to the ends of the wake's half panels.
 pub(super) fn add_wake_stream(reverse: &Reverse, by_points: &mut Each<Vec<[f64; 2]>>, collected: &mut Collected) {
-    let weights = stream_weights(reverse);
+    let PanelWeights { stream: weights, edge } = panel_weights(reverse);
     let outline = &reverse.section.panels.outline;
     let points = wake_points(&reverse.flow.wake_nodes);
     let strengths = half_panel_strengths(reverse);
-    for (i, node) in outline.nodes.iter().enumerate() {
-        for h in 0..points.len() - 1 {
-            let panel = seen_from(*node, [points[h], points[h + 1]]);
-            let [a, b] = wake_source_stream(panel, origin(), edge_place(outline, i, h));
-            let g = gradient(&(a * strengths[h] + b * strengths[h + 1]));
-            for output in 0..OUTPUTS {
-                let (left, right) = by_points[output].split_at_mut(h + 1);
-                scatter(g, weights[output][i], &mut collected.nodes[output][i], [&mut left[h], &mut right[0]]);
+    super::edge::add_wake_panels(reverse, &edge, &points, &strengths, by_points, collected);
+    let n = outline.len();
+    let lanes: Vec<[f64; OUTPUTS]> = (0..n).map(|i| std::array::from_fn(|output| weights[output][i])).collect();
+    let mut velocity = vec![[0.0; 2]; n];
+    for h in 0..points.len() - 1 {
+        let ends = [points[h], points[h + 1]];
+        let panel = Straight::new(ends);
+        let mut sums = PanelSums::default();
+        for (i, node) in outline.nodes.iter().enumerate() {
+            let seen = reverse.flow.polar.seen_of_wake(i, [h, h + 1], &panel);
+            let (at, length) = variables(&panel, *node);
+            let [a, b] = seen.sight(at, length, edge_place(outline, i, h)).wake_stream();
+            let stream = a * strengths[h] + b * strengths[h + 1];
+            sums.add(&panel, *node, stream.eps, &lanes[i]);
+            let by_point = panel.outer([stream.eps[0], stream.eps[1]]);
+            velocity[i][0] += by_point[0];
+            velocity[i][1] += by_point[1];
+        }
+        for output in 0..OUTPUTS {
+            let by_ends = sums.by_ends(ends, output);
+            for c in 0..2 {
+                by_points[output][h][c] += by_ends[0][c];
+                by_points[output][h + 1][c] += by_ends[1][c];
+            }
+        }
+    }
+    for output in 0..OUTPUTS {
+        for (i, v) in velocity.iter().enumerate() {
+            for c in 0..2 {
+                collected.nodes[output][i][c] += lanes[i][output] * v[c];
             }
         }
     }

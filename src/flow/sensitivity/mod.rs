@@ -5,7 +5,9 @@
 //! panel equations, so that every term is local: a panel and a point, an interval, a spline coefficient. All local
 //! derivatives come from dual numbers of the kernels themselves; all outputs share one sweep.
 
+mod edge;
 mod influence;
+mod sums;
 mod surface;
 mod wake;
 
@@ -15,12 +17,13 @@ use super::coupled::response::{FlowResponse, SectionResponse};
 use super::coupled::speeds::per_rate;
 use super::coupled::system::{Change, Linearised, Multipliers, Reduced, System};
 use super::coupled::unknowns::{Numbering, Side, Unknowns};
+use super::linear::product;
 use super::outputs::{PressureGradient, pressure_gradient, squire_young};
 use super::panel::outline::balance;
+use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::Derived;
 use nalgebra::DMatrix;
-use num_dual::DualSVec64;
 
 /// Number of outputs: lift, drag, moment, lowest pressure coefficient.
 pub(crate) const OUTPUTS: usize = 4;
@@ -195,7 +198,7 @@ impl Collected {
             own
         });
         for i in 1..n - 1 {
-            let seed = |k: usize| [0, 1].map(|c| DualSVec64::<8>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c));
+            let seed = |k: usize| [0, 1].map(|c| Tangent::<8>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c));
             let moved = balance([seed(0), seed(1), seed(2)]).map(|v| gradient(&v));
             for (output, given) in given.iter_mut().enumerate() {
                 let [x, y] = self.nodes[output][i];
@@ -228,8 +231,8 @@ impl<'a> Reverse<'a> {
                 direct[(output, i)] = pressure.strengths[k][i];
             }
         }
-        let through_nodes = super::coupled::response::smooth_columns(&super::linear::product(&direct, &section.nodes));
-        let through_wake = super::linear::product(&direct, &flow.nodes_by_wake);
+        let through_nodes = super::coupled::response::smooth_columns(&product(&direct, &section.nodes));
+        let through_wake = product(&direct, &flow.nodes_by_wake);
         let multipliers: Each<Multipliers> =
             std::array::from_fn(|o| reduced.adjoint(&output_gradient(solved, o, &through_nodes, &through_wake)));
         let numbering = at.numbering;
@@ -247,66 +250,69 @@ impl<'a> Reverse<'a> {
             node_mass: std::array::from_fn(|o| through_nodes.row(o).iter().copied().collect()),
             mass: std::array::from_fn(|_| Vec::new()),
         };
-        for o in 0..OUTPUTS {
-            reverse.mass[o] = reverse.station_masses(o, &through_wake);
-            reverse.complete(o);
-        }
+        reverse.mass = reverse.station_masses(&through_wake);
+        reverse.complete();
         reverse
     }
 
     /// Sensitivity to the unsigned mass defect of every station.
-    fn station_masses(&self, o: usize, through_wake: &DMatrix<f64>) -> Vec<f64> {
+    fn station_masses(&self, through_wake: &DMatrix<f64>) -> Each<Vec<f64>> {
         let numbering = &self.at.numbering;
-        let speeds = &self.at.speeds;
-        let total = numbering.points() + numbering.wake;
-        let mut columns = vec![0.0; total];
-        speeds.projection.transpose_apply(&self.node_mass[o], &mut columns[..numbering.points()]);
-        for k in 0..numbering.wake {
-            columns[numbering.points() + k] = through_wake[(o, k)];
-        }
-        for (c, sum) in columns.iter_mut().enumerate() {
-            let by_points = speeds.points_by_mass.row(c);
-            let by_wake = speeds.wake_by_mass.row(c);
-            *sum += self.point_weights[o].iter().zip(by_points.iter()).map(|(a, b)| a * b).sum::<f64>();
-            *sum += self.wake_weights[o].iter().zip(by_wake.iter()).map(|(a, b)| a * b).sum::<f64>();
-        }
-        (0..numbering.stations())
-            .map(|k| match numbering.on_side(k) {
-                Some((side, j)) => side.sign() * columns[numbering.point(side, j)],
-                None => columns[numbering.points() + k - numbering.wake_start()],
-            })
-            .collect()
+        let columns = product(&self.at.by_mass.points, &by_columns(&self.point_weights))
+            + product(&self.at.by_mass.wake, &by_columns(&self.wake_weights));
+        std::array::from_fn(|o| {
+            let mut direct = vec![0.0; numbering.points()];
+            self.at.speeds.projection.transpose_apply(&self.node_mass[o], &mut direct);
+            (0..numbering.stations())
+                .map(|k| match numbering.on_side(k) {
+                    Some((side, j)) => {
+                        let p = numbering.point(side, j);
+                        side.sign() * (columns[(p, o)] + direct[p])
+                    }
+                    None => {
+                        let w = k - numbering.wake_start();
+                        columns[(numbering.points() + w, o)] + through_wake[(o, w)]
+                    }
+                })
+                .collect()
+        })
     }
 
     /// Adds what reaches the strengths and the node defects through the edge-speed equations.
-    fn complete(&mut self, o: usize) {
+    fn complete(&mut self) {
         let (section, flow) = (self.section, self.flow);
         let n = section.len();
         let index = &self.at.positions.index;
-        let mut coefficients = vec![0.0; n + 2];
-        let mut row = vec![0.0; n];
-        for (p, weight) in self.point_weights[o].iter().enumerate() {
-            let (first, w) = section.map.spline.weights(index[p].re);
-            for q in 0..4 {
-                coefficients[first + q] += weight * w[q];
-            }
+        let (mut strength, mut wall) = (DMatrix::zeros(n + 2, OUTPUTS), DMatrix::zeros(n + 2, OUTPUTS));
+        for (p, t) in index.iter().enumerate() {
+            let (first, w) = section.map.spline.weights(t.re);
             let inner = p > 0 && p + 1 < index.len();
-            let per_rate = if inner { per_rate(section, index[p].re) } else { 0.0 };
-            super::coupled::speeds::gather(&mut row, &section.map.spline.weights(index[p]), section, per_rate);
-            for (sum, r) in self.node_mass[o].iter_mut().zip(&row) {
-                *sum += weight * r;
+            let per_rate = if inner { per_rate(section, t.re) } else { 0.0 };
+            for o in 0..OUTPUTS {
+                let weight = self.point_weights[o][p];
+                for q in 0..4 {
+                    strength[(first + q, o)] += weight * w[q];
+                    wall[(first + q, o)] -= weight * per_rate * w[q];
+                }
             }
         }
-        for (sum, v) in self.strengths[o].iter_mut().zip(section.map.spline.coefficients_transposed(&coefficients)) {
-            *sum += v;
-        }
-        for (k, weight) in self.wake_weights[o].iter().enumerate() {
+        let by_points = product(&section.spline, &strength) + product(&section.wall, &wall);
+        let wake_weights = by_columns(&self.wake_weights);
+        let by_wake = product(&flow.wake_by_nodes, &wake_weights);
+        let strengths_by_wake = product(&wake_weights.transpose(), &flow.wake_by_strength);
+        for o in 0..OUTPUTS {
+            let through_spline = section.map.spline.coefficients_transposed(strength.column(o).as_slice());
             for i in 0..n {
-                self.strengths[o][i] += weight * flow.wake_by_strength[(k, i)];
-                self.node_mass[o][i] += weight * flow.wake_by_nodes[(i, k)];
+                self.node_mass[o][i] += by_points[(i, o)] + by_wake[(i, o)];
+                self.strengths[o][i] += through_spline[i] + strengths_by_wake[(o, i)];
             }
         }
     }
+}
+
+/// One column an output.
+fn by_columns(each: &Each<Vec<f64>>) -> DMatrix<f64> {
+    DMatrix::from_fn(each[0].len(), OUTPUTS, |i, o| each[o][i])
 }
 
 /// The edge-speed equation is u − (±γ) = 0 and the stagnation equation γ = 0: weights of γ at the points in −λ·R.

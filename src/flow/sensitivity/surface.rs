@@ -2,13 +2,14 @@
 //! trips; down to the lengths of the panels.
 
 use super::{Collected, Each, OUTPUTS, Reverse, Solved};
-use crate::flow::coupled::duals::{Dual2, Dual4, Dual8, gradient};
+use crate::flow::coupled::duals::{Dual2, Dual4, gradient};
 use crate::flow::coupled::projection;
 use crate::flow::coupled::speeds::TOTAL;
 use crate::flow::coupled::subpanel;
 use crate::flow::coupled::surface::{combine, combine_real};
 use crate::flow::coupled::system::{BY_TRIP, signed};
 use crate::flow::coupled::unknowns::Side;
+use num_dual::DualNum;
 
 /// Sensitivities to the node index of every point, and to the arc-length rate there.
 struct AtPoints {
@@ -118,12 +119,10 @@ fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoint
     let fields = &reverse.at.speeds.fields;
     let strength: Vec<f64> = fields.strength.iter().map(|c| c.re).collect();
     let wall: Vec<f64> = fields.wall.iter().map(|c| c.re).collect();
-    let last = t[t.len() - 1];
     for p in 1..t.len() - 1 {
         let weights = reverse.section.map.spline.weights(Dual2::from_re(t[p]).derivative(0));
         let rate = Dual2::from_re(rates[p]).derivative(1);
-        let share = subpanel::share(Dual2::from_re(t[p]).derivative(0), last);
-        let value: Dual2 = combine_real(&weights, &strength) - combine_real::<Dual2>(&weights, &wall) * share / rate;
+        let value: Dual2 = combine_real(&weights, &strength) - combine_real::<Dual2>(&weights, &wall) / rate;
         let g = gradient(&value);
         for output in 0..OUTPUTS {
             let weight = reverse.point_weights[output][p];
@@ -133,31 +132,39 @@ fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoint
     }
 }
 
-/// Sub-panel speeds: every interval that acts on every point.
+/// Sub-panel speeds.
 fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
-    let unit = |p: usize, k: usize| Dual8::from_re(t[p]).derivative(k);
-    let last = t[t.len() - 1];
+    let wall = subpanel::Wall::new(t);
+    let slope = |k: usize| (mass[k + 1] - mass[k]) / (t[k + 1] - t[k]);
+    let slopes: Vec<f64> = (0..t.len() - 1).map(slope).collect();
+    let mut by_middle = vec![0.0; slopes.len()];
+    // sensitivities to the middles and the slopes of the intervals
+    let mut intervals = vec![[[0.0; OUTPUTS]; 2]; slopes.len()];
     for p in 1..t.len() - 1 {
-        let at = unit(p, 0);
-        let rate = Dual8::from_re(rates[p]).derivative(5);
-        for k in subpanel::reach(t, p) {
-            let (a, b) = (unit(k, 2), unit(k + 1, 3));
-            let before = (k > 0).then(|| unit(k - 1, 1));
-            let behind = (k + 2 < t.len()).then(|| unit(k + 2, 4));
-            let influence = subpanel::influence(at, before, [a, b], behind) * subpanel::share(at, last);
-            let speed = influence / rate / (b - a) * (mass[k + 1] - mass[k]);
-            let g = gradient(&speed);
+        let per_rate = Dual2::from_re(rates[p]).derivative(1).recip();
+        let weights: [f64; OUTPUTS] = std::array::from_fn(|output| reverse.point_weights[output][p]);
+        let local = wall.differentiate(t[p], p, &slopes, &mut by_middle, |k, influence| {
             for output in 0..OUTPUTS {
-                let weight = reverse.point_weights[output][p];
-                let index = &mut result.index[output];
-                index[p] += weight * g[0];
-                // points k − 1 … k + 2, where they exist
-                for slot in 0..4 {
-                    if let Some(sum) = (k + slot).checked_sub(1).and_then(|q| index.get_mut(q)) {
-                        *sum += weight * g[1 + slot];
-                    }
-                }
-                result.rate[output][p] += weight * g[5];
+                intervals[k][1][output] += weights[output] * per_rate.re * influence;
+            }
+        });
+        for k in local.range {
+            for output in 0..OUTPUTS {
+                intervals[k][0][output] += weights[output] * per_rate.re * by_middle[k];
+            }
+        }
+        for output in 0..OUTPUTS {
+            let weight = weights[output];
+            result.index[output][p] += weight * (per_rate.re * local.by_place + per_rate.eps[0] * local.speed);
+            result.rate[output][p] += weight * per_rate.eps[1] * local.speed;
+        }
+    }
+    for (k, [by_middle, by_slope]) in intervals.iter().enumerate() {
+        let (a, b) = (Dual2::from_re(t[k]).derivative(0), Dual2::from_re(t[k + 1]).derivative(1));
+        let slope = (b - a).recip() * (mass[k + 1] - mass[k]);
+        for output in 0..OUTPUTS {
+            for end in 0..2 {
+                result.index[output][k + end] += 0.5 * by_middle[output] + slope.eps[end] * by_slope[output];
             }
         }
     }

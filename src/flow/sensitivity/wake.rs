@@ -4,6 +4,7 @@ use super::influence::{
     add_wake_stream, closing_strengths, edge_frame_dual, half_panel_strengths, origin, scatter, scatter_edge,
     seen_from, solution_strengths,
 };
+use super::sums::{Dual3, PanelSums, variables};
 use super::{Collected, Each, OUTPUTS, Reverse, Solved};
 use crate::flow::boundary_layer::interval::{self, Span};
 use crate::flow::boundary_layer::station::Regime;
@@ -12,6 +13,7 @@ use crate::flow::coupled::duals::{Dual2, Dual4, Dual8, gradient};
 use crate::flow::coupled::response::{wake_place, wake_points, wake_tangents};
 use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::TrailingEdge;
+use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::wake;
 use num_dual::DualNum;
 
@@ -36,9 +38,6 @@ pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, collected: &mut Colle
     }
 }
 
-/// Adds, for one output, the gradient over the two ends of a panel; the last argument is the point's own share.
-type Scatter<'a> = dyn FnMut(usize, [f64; 4], &mut [f64; 2]) + 'a;
-
 /// Speeds along the wake: positions of panels and wake nodes, tangents, onset flow.
 fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[f64; 2]>>, collected: &mut Collected) {
     let (outline, flow) = (&reverse.section.panels.outline, reverse.flow);
@@ -49,6 +48,11 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
     let blunt = outline.trailing_edge == TrailingEdge::Blunt;
     let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
     let closing = closing_or_nothing(reverse, blunt);
+    let panels: Vec<Straight> = (0..n - 1).map(|j| Straight::new(outline.panel(j))).collect();
+    let mut sums = vec![PanelSums::default(); n - 1];
+    let halves: Vec<Straight> = points.windows(2).map(|w| Straight::new([w[0], w[1]])).collect();
+    let mut half_sums = vec![PanelSums::default(); halves.len()];
+    let among = Polar::among(points);
     // node 0 of the wake takes the speed of the edge, whatever the geometry
     for k in 1..flow.wake_nodes.len() {
         let (at, tangent) = (flow.wake_nodes[k], flow.wake_tangents[k]);
@@ -56,54 +60,57 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
         let mut velocity = [cos, sin];
         let mut own: Each<[f64; 2]> = [[0.0; 2]; OUTPUTS];
         let weights: [f64; OUTPUTS] = std::array::from_fn(|o| reverse.wake_weights[o][k]);
-        let mut visit = |v: [Dual4; 2], targets: &mut Scatter| {
-            velocity[0] += v[0].re;
-            velocity[1] += v[1].re;
-            let g = gradient(&along(v));
+        // a velocity in the frame of a panel
+        let mut add = |panel: &Straight, sums: &mut PanelSums, [t, n]: [Dual3; 2]| {
+            let outer = panel.outer([t.re, n.re]);
+            velocity[0] += outer[0];
+            velocity[1] += outer[1];
+            let [tx, ty] = panel.tangent;
+            let component = t * (tangent[0] * tx + tangent[1] * ty) + n * (tangent[1] * tx - tangent[0] * ty);
+            sums.add(panel, at, component.eps, &weights);
+            let turned = [t.re * tangent[0] + n.re * tangent[1], t.re * tangent[1] - n.re * tangent[0]];
+            sums.add_turn(turned, &weights);
+            let by_point = panel.outer([component.eps[0], component.eps[1]]);
             for output in 0..OUTPUTS {
-                targets(output, g, &mut own[output]);
+                own[output][0] += weights[output] * by_point[0];
+                own[output][1] += weights[output] * by_point[1];
             }
         };
-        for j in 0..n - 1 {
-            let panel = seen_from(at, outline.panel(j));
-            let v = velocity_influence(panel, origin(), Place::Elsewhere);
-            let [a, b] = panel;
-            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-            let source = (dx * dx + dy * dy).sqrt().recip() * (smoothed[j] - smoothed[j + 1]);
-            let total = [0, 1].map(|c| {
-                v.vortex[0][c] * strengths[j]
-                    + v.vortex[1][c] * strengths[j + 1]
-                    + (v.source[0][c] + v.source[1][c]) * source
-            });
-            visit(total, &mut |output, g, own| {
-                let (left, right) = collected.nodes[output].split_at_mut(j + 1);
-                scatter(g, weights[output], own, [&mut left[j], &mut right[0]]);
-            });
+        for (j, panel) in panels.iter().enumerate() {
+            let seen = flow.from_surface.seen_of_surface(k, [j, j + 1], panel);
+            let (place, length) = variables(panel, at);
+            let v = seen.sight(place, length, Place::Elsewhere).velocity();
+            let source = length.recip() * (smoothed[j] - smoothed[j + 1]);
+            let (a, b) = (v.vortex(0), v.vortex(1));
+            let (c, d) = (v.source(0), v.source(1));
+            let total = [0, 1].map(|e| a[e] * strengths[j] + b[e] * strengths[j + 1] + (c[e] + d[e]) * source);
+            add(panel, &mut sums[j], total);
+        }
+        for (h, panel) in halves.iter().enumerate() {
+            let seen = among.seen_of_surface(2 * k, [h, h + 1], panel);
+            let (place, length) = variables(panel, at);
+            let v = seen.sight(place, length, wake_place(k, h)).velocity();
+            let (a, b) = (v.source(0), v.source(1));
+            add(panel, &mut half_sums[h], [0, 1].map(|e| a[e] * sources[h] + b[e] * sources[h + 1]));
         }
         if blunt {
             let v = velocity_influence(seen_from(at, outline.panel(n - 1)), origin(), Place::Elsewhere);
             let by_vortex = [0, 1].map(|c| v.vortex[0][c] + v.vortex[1][c]);
             let by_source = [0, 1].map(|c| v.source[0][c] + v.source[1][c]);
             let total = [0, 1].map(|c| (by_vortex[c] * closing[0].re + by_source[c] * closing[1].re) * edge_speed);
-            visit(total, &mut |output, g, own| {
+            velocity[0] += total[0].re;
+            velocity[1] += total[1].re;
+            let g = gradient(&along(total));
+            for output in 0..OUTPUTS {
                 let (first, rest) = collected.nodes[output].split_at_mut(1);
                 let last = rest.len() - 1;
-                scatter(g, weights[output], own, [&mut rest[last], &mut first[0]]);
-            });
+                scatter(g, weights[output], &mut own[output], [&mut rest[last], &mut first[0]]);
+            }
             for output in 0..OUTPUTS {
                 let w = weights[output] * edge_speed;
                 scatter_edge(gradient(&closing[0]), w * along(by_vortex).re, &mut collected.nodes[output]);
                 scatter_edge(gradient(&closing[1]), w * along(by_source).re, &mut collected.nodes[output]);
             }
-        }
-        for h in 0..points.len() - 1 {
-            let panel = seen_from(at, [points[h], points[h + 1]]);
-            let v = velocity_influence(panel, origin(), wake_place(k, h)).source;
-            let total = [0, 1].map(|c| v[0][c] * sources[h] + v[1][c] * sources[h + 1]);
-            visit(total, &mut |output, g, own| {
-                let (left, right) = by_points[output].split_at_mut(h + 1);
-                scatter(g, weights[output], own, [&mut left[h], &mut right[0]]);
-            });
         }
         for output in 0..OUTPUTS {
             let target = &mut by_points[output][2 * k];
@@ -112,6 +119,21 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
             collected.alpha[output] += weights[output] * (cos * tangent[1] - sin * tangent[0]);
         }
         add_tangent(reverse, k, velocity, weights, by_points);
+    }
+    for output in 0..OUTPUTS {
+        scatter_ends(&sums, &outline.nodes, output, &mut collected.nodes[output]);
+        scatter_ends(&half_sums, points, output, &mut by_points[output]);
+    }
+}
+
+/// Adds the derivatives of one output with respect to the ends of consecutive panels.
+fn scatter_ends(sums: &[PanelSums], ends: &[[f64; 2]], output: usize, targets: &mut [[f64; 2]]) {
+    for (j, sums) in sums.iter().enumerate() {
+        let by_ends = sums.by_ends([ends[j], ends[j + 1]], output);
+        for c in 0..2 {
+            targets[j][c] += by_ends[0][c];
+            targets[j + 1][c] += by_ends[1][c];
+        }
     }
 }
 

@@ -1,0 +1,46 @@
+//! Viscous points at 160 panels: cold, warm, their gradients, a polar.
+
+#[allow(dead_code)]
+mod sections;
+
+use aeroform::flow::{PanelledSection, Settings, TrailingEdge};
+use criterion::{Criterion, criterion_group, criterion_main};
+use sections::{Chain, POINTS, cold, condition, nodes, polar};
+use std::hint::black_box;
+
+fn flow(c: &mut Criterion) {
+    let mut group = c.benchmark_group("flow");
+    group.sample_size(20);
+    for (name, degrees, reynolds, trips) in POINTS {
+        let what =
+            format!("{name} at {degrees}, Re {reynolds:.0e}, {}", if trips[0].is_some() { "tripped" } else { "free" });
+        let nodes = nodes(name);
+        let at = condition(degrees, reynolds, trips);
+        group.bench_function(format!("cold point, {what}"), |b| b.iter(|| cold(black_box(&nodes), black_box(&at))));
+
+        let section = PanelledSection::new(&nodes, TrailingEdge::Blunt).expect("nodes of a section");
+        let settings = Settings::default();
+        let before = section.analyze(&condition(degrees - 0.5, reynolds, trips), &settings, None).expect("in range");
+        group.bench_function(format!("warm point, {what}"), |b| {
+            b.iter(|| section.analyze(black_box(&at), &settings, Some(&before)).expect("in range"));
+        });
+
+        let solution = cold(&nodes, &at);
+        group.bench_function(format!("gradients, {what}"), |b| b.iter(|| black_box(&solution).gradients()));
+    }
+    let solution = cold(&nodes("naca0012"), &condition(2.0, 1e6, [None; 2]));
+    for variables in [58, 580] {
+        let chain = Chain::new(variables);
+        group.bench_function(format!("gradients and chain to {variables} variables"), |b| {
+            b.iter(|| chain.apply(&black_box(&solution).gradients().expect("converged")));
+        });
+    }
+    let section = PanelledSection::new(&nodes("naca0012"), TrailingEdge::Blunt).expect("nodes of a section");
+    group.bench_function("polar of 15 angles", |b| {
+        b.iter(|| polar(black_box(&section), (0..15).map(|k| 0.5 * f64::from(k)), 1e6));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, flow);
+criterion_main!(benches);

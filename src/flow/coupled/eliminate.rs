@@ -1,0 +1,223 @@
+//! Elimination of the boundary-layer states: marching the blocks downstream leaves the defects and the globals.
+
+use super::chain::Coupling;
+use super::duals::gradient;
+use super::system::{BY_AMPLIFICATION, Linearised};
+use super::unknowns::Side;
+use crate::flow::linear::large_zeros;
+use nalgebra::{DMatrix, Matrix3};
+
+/// (ln θ, third, ln u) of a station.
+type Triple = [f64; 3];
+/// Rows of a 3 × 3 matrix.
+type Square = [[f64; 3]; 3];
+
+/// A station's states as a linear function of those upstream, the logarithms of the defects, the globals and its own
+/// residuals.
+#[derive(Debug, Clone)]
+struct Link {
+    /// Station, response to its states and to its defect.
+    upstream: [Option<(usize, Square, Triple)>; 2],
+    own: Triple,
+    globals: Square,
+    /// Minus the inverse of the own block: response to the residuals.
+    residual: Square,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Elimination {
+    links: Vec<Link>,
+    /// Speed of every station.
+    pub speed: Vec<f64>,
+}
+
+/// A coupling in the variables of the elimination: (ln θ, third, ln u) and the logarithm of the defect.
+fn turn(coupling: &Coupling, log_mass: &[f64; 4]) -> (Square, Triple) {
+    let [by_theta, by_shape, _, by_speed] = *log_mass;
+    let defect = coupling.map(|row| row[1] / by_shape);
+    let mut states = [[0.0; 3]; 3];
+    for (i, row) in coupling.iter().enumerate() {
+        states[i] = [row[0] - defect[i] * by_theta, row[2], row[3] - defect[i] * by_speed];
+    }
+    (states, defect)
+}
+
+fn apply(a: &Square, x: &Triple) -> Triple {
+    a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
+}
+
+fn apply_transposed(a: &Square, x: &Triple) -> Triple {
+    std::array::from_fn(|j| a[0][j] * x[0] + a[1][j] * x[1] + a[2][j] * x[2])
+}
+
+fn add(a: &mut Triple, b: &Triple) {
+    for i in 0..3 {
+        a[i] += b[i];
+    }
+}
+
+fn dot(a: &Triple, b: &Triple) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn times(a: &Square, b: &Square) -> Square {
+    a.map(|row| apply_transposed(b, &row))
+}
+
+impl Elimination {
+    /// `None` where a block is singular.
+    pub fn new(system: &Linearised) -> Option<Self> {
+        let link = |(k, block): (usize, &super::chain::Block)| {
+            let (own, defect) = turn(&block.own, &system.log_mass[k]);
+            let inverse = Matrix3::from_fn(|i, j| own[i][j]).try_inverse()?;
+            let residual: Square = std::array::from_fn(|i| std::array::from_fn(|j| -inverse[(i, j)]));
+            let globals = block.globals.map(|row| [row[0], row[1], row[2]]);
+            let upstream = block.upstream.map(|up| {
+                up.map(|(station, coupling)| {
+                    let (states, defect) = turn(&coupling, &system.log_mass[station]);
+                    (station, times(&residual, &states), apply(&residual, &defect))
+                })
+            });
+            Some(Link { upstream, own: apply(&residual, &defect), globals: times(&residual, &globals), residual })
+        };
+        let links = system.blocks.iter().enumerate().map(link).collect::<Option<_>>()?;
+        let speed = system.derived.iter().map(|d| d.state.log_speed.re.exp()).collect();
+        Some(Self { links, speed })
+    }
+
+    /// The states for given residuals, defects (none: zero) and globals.
+    pub fn march(&self, residuals: &[Triple], defects: &[f64], globals: Triple) -> Vec<Triple> {
+        let mut states: Vec<Triple> = Vec::with_capacity(self.links.len());
+        let defect = |k: usize| defects.get(k).copied().unwrap_or(0.0);
+        for (k, link) in self.links.iter().enumerate() {
+            let mut z = apply(&link.residual, &residuals[k]);
+            add(&mut z, &apply(&link.globals, &globals));
+            add(&mut z, &link.own.map(|v| v * defect(k)));
+            for (up, by_states, by_defect) in link.upstream.iter().flatten() {
+                add(&mut z, &apply(by_states, &states[*up]));
+                add(&mut z, &by_defect.map(|v| v * defect(*up)));
+            }
+            states.push(z);
+        }
+        states
+    }
+
+    /// The transpose of [`march`](Self::march) in the defects and the globals: adds to `dense` what the sensitivities
+    /// of the states, which are spent, amount to.
+    pub fn march_back(&self, sensitivities: &mut [Triple], dense: &mut [f64]) {
+        let n = self.links.len();
+        for (k, link) in self.links.iter().enumerate().rev() {
+            let w = sensitivities[k];
+            dense[k] += dot(&link.own, &w);
+            add_globals(&mut dense[n..], &apply_transposed(&link.globals, &w));
+            for (up, by_states, by_defect) in link.upstream.iter().flatten() {
+                dense[*up] += dot(by_defect, &w);
+                add(&mut sensitivities[*up], &apply_transposed(by_states, &w));
+            }
+        }
+    }
+
+    /// Multipliers of the boundary-layer equations from the sensitivities of the states.
+    pub fn multipliers(&self, mut sensitivities: Vec<Triple>) -> Vec<Triple> {
+        for (k, link) in self.links.iter().enumerate().rev() {
+            let w = sensitivities[k];
+            for (up, by_states, _) in link.upstream.iter().flatten() {
+                add(&mut sensitivities[*up], &apply_transposed(by_states, &w));
+            }
+            sensitivities[k] = apply_transposed(&link.residual, &w).map(|v| -v);
+        }
+        sensitivities
+    }
+
+    /// The matrix of what remains, transposed: a column an equation (edge speeds, transition, stagnation), a row an
+    /// unknown (logarithms of the defects, globals).
+    pub fn dense_transposed(&self, system: &Linearised) -> DMatrix<f64> {
+        let numbering = &system.numbering;
+        let n = numbering.stations();
+        let mut matrix = large_zeros(n + 3, n + 3);
+        // responses of the states of one station to all unknowns; at the start of the wake of both sides
+        let mut response = [(); 3].map(|()| vec![0.0; n + 3]);
+        let mut globals = [[[0.0; 3]; 3]; 2];
+        for (k, link) in self.links.iter().enumerate() {
+            let (first, by_globals) = match numbering.on_side(k) {
+                Some((side, j)) => {
+                    let by_globals = &mut globals[side.index()];
+                    *by_globals = match (&link.upstream[0], j) {
+                        (Some((_, by_states, _)), _) => sum(&times(by_states, by_globals), &link.globals),
+                        _ => link.globals,
+                    };
+                    (numbering.station(side, 0), *by_globals)
+                }
+                None => {
+                    if let [Some((_, upper, _)), Some((_, lower, _))] = &link.upstream {
+                        globals[0] = sum(&times(upper, &globals[0]), &times(lower, &globals[1]));
+                    } else if let Some((_, by_states, _)) = &link.upstream[0] {
+                        globals[0] = times(by_states, &globals[0]);
+                    }
+                    globals[0] = sum(&globals[0], &link.globals);
+                    (0, globals[0])
+                }
+            };
+            match &link.upstream {
+                [Some((upper, by_upper, _)), Some((_, by_lower, _))] => {
+                    transform(&mut response, by_upper, 0..upper + 1);
+                    transform(&mut response, by_lower, upper + 1..k);
+                }
+                [Some((_, by_states, _)), None] => transform(&mut response, by_states, first..k),
+                _ => {}
+            }
+            for i in 0..3 {
+                for (up, _, by_defect) in link.upstream.iter().flatten() {
+                    response[i][*up] += by_defect[i];
+                }
+                response[i][k] = link.own[i];
+            }
+            let mut column = matrix.column_mut(k);
+            let row = column.as_mut_slice();
+            let by_position = system.speed_row(k, row);
+            let speed = self.speed[k];
+            for (r, z) in row[first..=k].iter_mut().zip(&response[2][first..=k]) {
+                *r += speed * z;
+            }
+            for g in 0..3 {
+                row[n + g] = by_position[g] + speed * by_globals[2][g];
+            }
+            for side in Side::BOTH.into_iter().filter(|side| k == system.last_laminar(*side)) {
+                let slope = gradient(&system.transition[side.index()]);
+                let mut column = matrix.column_mut(n + side.index());
+                let row = column.as_mut_slice();
+                for (r, z) in row[first..=k].iter_mut().zip(&response[1][first..=k]) {
+                    *r = slope[BY_AMPLIFICATION] * z;
+                }
+                for g in 0..3 {
+                    row[n + g] = slope[g] + slope[BY_AMPLIFICATION] * by_globals[1][g];
+                }
+            }
+        }
+        system.stagnation_row(matrix.column_mut(n + 2).as_mut_slice());
+        matrix
+    }
+}
+
+fn add_globals(dense: &mut [f64], globals: &Triple) {
+    for (d, g) in dense.iter_mut().zip(globals) {
+        *d += g;
+    }
+}
+
+fn sum(a: &Square, b: &Square) -> Square {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
+}
+
+/// Replaces the three rows in a range of columns by `factor` times them.
+fn transform(rows: &mut [Vec<f64>; 3], factor: &Square, range: std::ops::Range<usize>) {
+    let [x, y, z] = rows;
+    let (x, y, z) = (&mut x[range.clone()], &mut y[range.clone()], &mut z[range]);
+    let f = factor;
+    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        let (a, b, c) = (*x, *y, *z);
+        *x = f[0][0] * a + f[0][1] * b + f[0][2] * c;
+        *y = f[1][0] * a + f[1][1] * b + f[1][2] * c;
+        *z = f[2][0] * a + f[2][1] * b + f[2][2] * c;
+    }
+}

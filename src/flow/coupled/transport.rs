@@ -1,0 +1,210 @@
+//! States as functions of the place: what they become when the stations move.
+//!
+//! The stations stand at fixed fractions between stagnation point, transition and trailing edge, so a step of those moves
+//! all stations. Newton's step carries the states along to first order; here is the rest, so that a long step of
+//! transition moves the stations through the layer in place of moving the layer.
+
+use super::layout::Layout;
+use super::unknowns::{Numbering, Side, Unknowns};
+use crate::flow::boundary_layer::station::State;
+
+/// The four unknowns of a station as a vector: ln θ, ln(Hk − 1), third, ln u.
+pub(crate) type Vector = [f64; 4];
+
+pub(crate) fn vector(state: &State<f64>) -> Vector {
+    [state.log_theta, state.log_shape, state.third, state.log_speed]
+}
+
+/// The states of both sides over the logarithm of the distance from the stagnation point: cubic Hermite pieces, one
+/// function for the laminar layer and one for the turbulent one.
+#[derive(Debug, Clone)]
+pub(crate) struct Profiles {
+    numbering: Numbering,
+    log_x: [Vec<f64>; 2],
+    values: Vec<Vector>,
+    slopes: Vec<Vector>,
+}
+
+/// Lengths of both sides.
+pub(crate) fn lengths(unknowns: &Unknowns, total: f64) -> [f64; 2] {
+    [unknowns.stagnation, total - unknowns.stagnation]
+}
+
+fn logs(layout: &Layout, unknowns: &Unknowns, total: f64) -> [Vec<f64>; 2] {
+    let lengths = lengths(unknowns, total);
+    [0, 1].map(|k| layout.abscissas(unknowns.transition[k], lengths[k]).into_iter().map(f64::ln).collect())
+}
+
+impl Profiles {
+    pub fn new(layout: &Layout, unknowns: &Unknowns, total: f64) -> Self {
+        let numbering = Numbering::new(layout);
+        let log_x = logs(layout, unknowns, total);
+        let values: Vec<Vector> = unknowns.stations[..numbering.wake_start()].iter().map(vector).collect();
+        let mut slopes = vec![[0.0; 4]; values.len()];
+        for side in Side::BOTH {
+            let x = &log_x[side.index()];
+            {
+                let range = 0..numbering.laminar;
+                for j in range.clone() {
+                    let at = |j: usize| values[numbering.station(side, j)];
+                    let slope = |a: usize, b: usize| -> Vector {
+                        std::array::from_fn(|i| (at(b)[i] - at(a)[i]) / (x[b] - x[a]))
+                    };
+                    slopes[numbering.station(side, j)] = if j == range.start {
+                        slope(j, j + 1)
+                    } else if j + 1 == range.end {
+                        slope(j - 1, j)
+                    } else {
+                        let (left, right) = (slope(j - 1, j), slope(j, j + 1));
+                        let w = (x[j] - x[j - 1]) / (x[j + 1] - x[j - 1]);
+                        std::array::from_fn(|i| left[i] + (right[i] - left[i]) * w)
+                    };
+                }
+            }
+        }
+        Self { numbering, log_x, values, slopes }
+    }
+
+    /// The change of the state at a fixed place that a step of all unknowns makes, to first order.
+    pub fn material(&self, k: usize, change: &Vector, log_step: f64) -> Vector {
+        std::array::from_fn(|i| change[i] - self.slopes[k][i] * log_step)
+    }
+
+    /// The state found at a distance from the stagnation point, given by its logarithm, in the laminar or the
+    /// turbulent layer; straight on beyond their ends, but not far.
+    fn find(&self, side: Side, laminar: bool, log_x: f64) -> Vector {
+        let n = &self.numbering;
+        let range = if laminar { 0..n.laminar } else { n.laminar..n.side };
+        let x = &self.log_x[side.index()];
+        if log_x <= x[range.start] || log_x >= x[range.end - 1] {
+            let low = log_x <= x[range.start];
+            let (end, inner) = if low { (range.start, range.start + 1) } else { (range.end - 1, range.end - 2) };
+            let width = (x[inner] - x[end]).abs();
+            let out = width * ((log_x - x[end]) / width).tanh();
+            let k = n.station(side, end);
+            return std::array::from_fn(|i| self.values[k][i] + self.slopes[k][i] * out);
+        }
+        let b = range.start + x[range.clone()].partition_point(|v| *v < log_x).max(1);
+        let a = b - 1;
+        let h = x[b] - x[a];
+        let (t, s) = ((log_x - x[a]) / h, (x[b] - log_x) / h);
+        let (ka, kb) = (n.station(side, a), n.station(side, b));
+        std::array::from_fn(|i| {
+            self.values[ka][i] * s * s * (1.0 + 2.0 * t)
+                + self.values[kb][i] * t * t * (3.0 - 2.0 * t)
+                + h * t * s * (self.slopes[ka][i] * s - self.slopes[kb][i] * t)
+        })
+    }
+
+    /// The state found where station `j` of a side stands after the move, less its linear part.
+    fn beyond_first_order(&self, side: Side, j: usize, log_x: f64) -> Vector {
+        let own = self.numbering.station(side, j);
+        // abscissas are linear in what Newton's step changes
+        let moved = (log_x - self.log_x[side.index()][j]).exp_m1();
+        let found = self.find(side, true, log_x);
+        std::array::from_fn(|i| found[i] - self.values[own][i] - self.slopes[own][i] * moved)
+    }
+
+    /// Puts the stations of `next`, whose transition and stagnation points have moved, back into the layer: the laminar
+    /// one stays where it is, the turbulent one moves with transition.
+    pub fn place(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
+        let log_x = logs(layout, next, total);
+        for side in Side::BOTH {
+            for j in 0..self.numbering.laminar {
+                let [log_theta, log_shape, third, log_speed] = self.find(side, true, log_x[side.index()][j]);
+                next.stations[self.numbering.station(side, j)] = State { log_theta, log_shape, third, log_speed };
+            }
+        }
+    }
+
+    /// Adds to `next`, whose states have made their Newton step, what the move of the stations adds beyond first order.
+    pub fn carry(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
+        let log_x = logs(layout, next, total);
+        for side in Side::BOTH {
+            for j in 0..self.numbering.laminar {
+                let [theta, shape, third, speed] = self.beyond_first_order(side, j, log_x[side.index()][j]);
+                let state = &mut next.stations[self.numbering.station(side, j)];
+                state.log_theta += theta;
+                state.log_shape += shape;
+                state.third += third;
+                state.log_speed += speed;
+            }
+        }
+    }
+}
+
+/// The same layer on the stations of another layout, linear in between.
+pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f64) -> Unknowns {
+    let (old, new) = (Numbering::new(from), Numbering::new(to));
+    let (old_x, new_x) = (logs(from, unknowns, total), logs(to, unknowns, total));
+    let mut stations = Vec::with_capacity(new.stations());
+    for side in Side::BOTH {
+        let (x, wanted) = (&old_x[side.index()], &new_x[side.index()]);
+        for (j, l) in wanted.iter().enumerate() {
+            let range = if j < new.laminar { 0..old.laminar } else { old.laminar..old.side };
+            let b = (range.start + x[range.clone()].partition_point(|v| v < l)).clamp(range.start + 1, range.end - 1);
+            // the first stations follow u ~ x, all others stay within the layer
+            let low = if j < new.laminar { -5.0 } else { -0.5 };
+            let t = ((l - x[b - 1]) / (x[b] - x[b - 1])).clamp(low, 1.0);
+            let (p, q) = (
+                vector(&unknowns.stations[old.station(side, b - 1)]),
+                vector(&unknowns.stations[old.station(side, b)]),
+            );
+            let [log_theta, log_shape, third, log_speed] = std::array::from_fn(|i| p[i] + t * (q[i] - p[i]));
+            stations.push(State { log_theta, log_shape, third, log_speed });
+        }
+    }
+    stations.extend_from_slice(&unknowns.stations[old.wake_start()..]);
+    Unknowns { stations, ..unknowns.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unknowns(layout: &Layout, transition: f64, field: impl Fn(f64) -> Vector) -> Unknowns {
+        let mut stations = Vec::new();
+        for _ in 0..2 {
+            for x in layout.abscissas(transition, 1.0) {
+                let [log_theta, log_shape, third, log_speed] = field(x.ln());
+                stations.push(State { log_theta, log_shape, third, log_speed });
+            }
+        }
+        Unknowns { stations, stagnation: 1.0, transition: [transition; 2] }
+    }
+
+    #[test]
+    fn moving_the_stations_leaves_the_layer_where_it_is() {
+        let layout = Layout::new(40, 30, 0);
+        let field = |l: f64| [0.5 * l - 7.0, 0.1 * l * l, (2.0 * l).sin(), l];
+        let start = unknowns(&layout, 0.4, field);
+        let profiles = Profiles::new(&layout, &start, 2.0);
+        let mut next = start.clone();
+        next.transition = [0.3; 2];
+        // the linear part is in Newton's step
+        let log_x = logs(&layout, &next, 2.0);
+        for side in Side::BOTH {
+            for j in 0..layout.side() {
+                let k = profiles.numbering.station(side, j);
+                let moved = (log_x[side.index()][j] - profiles.log_x[side.index()][j]).exp_m1();
+                let [a, b, c, d] = profiles.slopes[k].map(|s| s * moved);
+                let state = &mut next.stations[k];
+                state.log_theta += a;
+                state.log_shape += b;
+                state.third += c;
+                state.log_speed += d;
+            }
+        }
+        profiles.carry(&layout, &mut next, 2.0);
+        let wanted = unknowns(&layout, 0.3, field);
+        // the first stations come from before the old first one; the turbulent layer moves with transition
+        for j in 4..layout.laminar.len() {
+            let (found, wanted) = (vector(&next.stations[j]), vector(&wanted.stations[j]));
+            for i in 0..4 {
+                assert!((found[i] - wanted[i]).abs() < 3e-3, "station {j}: {found:?} {wanted:?}");
+            }
+        }
+        let turbulent = layout.laminar.len()..layout.side();
+        assert_eq!(next.stations[turbulent.clone()], start.stations[turbulent]);
+    }
+}

@@ -1,0 +1,280 @@
+//! Distances and directions between points and the ends of panels, each pair once.
+//!
+//! Two neighbouring panels share a node, and node and point share a distance: so the logarithms and angles of all
+//! panels at all points are those of the pairs. Kernels take their values from here, their derivatives from the
+//! algebra around them.
+
+use super::kernel::{Place, Sight};
+use crate::scalar::Scalar;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Logarithms of the distances and directions from vertices (columns) to points (rows).
+#[derive(Debug, Clone)]
+pub(crate) struct Polar {
+    points: usize,
+    log: Vec<f64>,
+    angle: Vec<f64>,
+}
+
+fn pair(from: [f64; 2], to: [f64; 2]) -> (f64, f64) {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let square = dx * dx + dy * dy;
+    // where both are one point, the place on the panel says so and the value is not used
+    if square > 0.0 { (0.5 * square.ln(), dy.atan2(dx)) } else { (0.0, 0.0) }
+}
+
+/// The same direction between `low` and `low` + 2π.
+#[inline(always)]
+fn wrapped(angle: f64, low: f64) -> f64 {
+    if angle <= low {
+        angle + TAU
+    } else if angle > low + TAU {
+        angle - TAU
+    } else {
+        angle
+    }
+}
+
+impl Polar {
+    pub fn new(points: &[[f64; 2]], vertices: &[[f64; 2]]) -> Self {
+        let pairs = vertices.iter().flat_map(|v| points.iter().map(|p| pair(*v, *p)));
+        let (log, angle) = pairs.unzip();
+        Self { points: points.len(), log, angle }
+    }
+
+    /// Between all pairs of the same points.
+    pub fn among(points: &[[f64; 2]]) -> Self {
+        let n = points.len();
+        let (mut log, mut angle) = (vec![0.0; n * n], vec![0.0; n * n]);
+        for j in 0..n {
+            for i in j + 1..n {
+                let (l, a) = pair(points[j], points[i]);
+                (log[j * n + i], angle[j * n + i]) = (l, a);
+                (log[i * n + j], angle[i * n + j]) = (l, if a > 0.0 { a - PI } else { a + PI });
+            }
+        }
+        Self { points: n, log, angle }
+    }
+
+    /// With points and vertices exchanged, and only every `step`th vertex.
+    pub fn reversed(&self, step: usize) -> Self {
+        let vertices = (self.log.len() / self.points).div_ceil(step);
+        let at = |i: usize, k: usize| k * step * self.points + i;
+        let pairs = (0..self.points).flat_map(|i| (0..vertices).map(move |k| at(i, k)));
+        let turn = |a: f64| if a > 0.0 { a - PI } else { a + PI };
+        let (log, angle) = pairs.map(|q| (self.log[q], turn(self.angle[q]))).unzip();
+        Self { points: vertices, log, angle }
+    }
+
+    /// What `point` sees of a panel from vertex `ends[0]` to `ends[1]`.
+    #[inline(always)]
+    fn seen(&self, point: usize, ends: [usize; 2], direction: f64, low: f64) -> Seen {
+        let [a, b] = [ends[0] * self.points + point, ends[1] * self.points + point];
+        let angles = [wrapped(self.angle[a] - direction, low), wrapped(self.angle[b] - direction, low)];
+        Seen { logs: [self.log[a], self.log[b]], angles }
+    }
+
+    /// For the stream function of surface panels: the cut leaves a panel along its right-hand normal.
+    #[inline(always)]
+    pub fn seen_of_surface(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
+        self.seen(point, ends, panel.angle, -FRAC_PI_2)
+    }
+
+    /// For the stream function of wake panels: the cut leaves a panel straight ahead.
+    #[inline(always)]
+    pub fn seen_of_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
+        let Seen { logs, angles: [a, b] } = self.seen(point, ends, panel.angle, 0.0);
+        Seen { logs, angles: [a - PI, b - PI] }
+    }
+}
+
+/// Logarithms of the distances of a point from the two ends of a panel, and its directions from them in the frame of
+/// the panel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    logs: [f64; 2],
+    angles: [f64; 2],
+}
+
+/// A straight panel: start, unit vector, length, direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Straight {
+    pub start: [f64; 2],
+    pub tangent: [f64; 2],
+    pub length: f64,
+    angle: f64,
+}
+
+impl Straight {
+    pub fn new([a, b]: [[f64; 2]; 2]) -> Self {
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let length = (dx * dx + dy * dy).sqrt();
+        Self { start: a, tangent: [dx / length, dy / length], length, angle: dy.atan2(dx) }
+    }
+
+    /// Coordinates of a point in the frame of the panel: along it and to its left.
+    #[inline(always)]
+    pub fn local(&self, point: [f64; 2]) -> [f64; 2] {
+        let (x, y) = (point[0] - self.start[0], point[1] - self.start[1]);
+        let [tx, ty] = self.tangent;
+        [x * tx + y * ty, y * tx - x * ty]
+    }
+
+    /// A vector of the frame of the panel in the outer one.
+    #[inline(always)]
+    pub fn outer(&self, [along, across]: [f64; 2]) -> [f64; 2] {
+        let [tx, ty] = self.tangent;
+        [along * tx - across * ty, along * ty + across * tx]
+    }
+}
+
+/// ½ ln(x² + z²) of known value, with first derivatives.
+#[inline(always)]
+fn known_log<S: Scalar>(x: S, z: S, value: f64) -> S {
+    if S::NDERIV == 0 {
+        return S::from(value);
+    }
+    let (a, b) = (x.re(), z.re());
+    let scale = (a * a + b * b).recip();
+    (x - a) * (a * scale) + (z - b) * (b * scale) + value
+}
+
+/// Direction of (x, z) of known value, with first derivatives.
+#[inline(always)]
+fn known_angle<S: Scalar>(x: S, z: S, value: f64) -> S {
+    if S::NDERIV == 0 {
+        return S::from(value);
+    }
+    let (a, b) = (x.re(), z.re());
+    let scale = (a * a + b * b).recip();
+    (z - b) * (a * scale) - (x - a) * (b * scale) + value
+}
+
+impl Seen {
+    /// Everything the kernels need, for coordinates in the frame of the panel and a length that may carry first
+    /// derivatives.
+    #[inline(always)]
+    pub fn sight<S: Scalar>(&self, [x, z]: [S; 2], length: S, place: Place) -> Sight<S> {
+        debug_assert!(S::NDERIV <= 1, "the known values carry first derivatives only");
+        let zero = S::from(0.0);
+        match place {
+            Place::Start => Sight {
+                x: zero,
+                z: zero,
+                length,
+                ln1: zero,
+                ln2: known_log(length, zero, self.logs[1]),
+                seen: zero,
+                angle1: zero,
+                angle2: S::from(self.angles[1]),
+            },
+            Place::End => Sight {
+                x: length,
+                z: zero,
+                length,
+                ln1: known_log(length, zero, self.logs[0]),
+                ln2: zero,
+                seen: zero,
+                angle1: S::from(self.angles[0]),
+                angle2: zero,
+            },
+            Place::Elsewhere => {
+                let w = x - length;
+                let angle1 = known_angle(x, z, self.angles[0]);
+                let angle2 = known_angle(w, z, self.angles[1]);
+                let turn = angle2.re() - angle1.re();
+                Sight {
+                    x,
+                    z,
+                    length,
+                    ln1: known_log(x, z, self.logs[0]),
+                    ln2: known_log(w, z, self.logs[1]),
+                    seen: angle2 - angle1 + (wrapped(turn, -PI) - turn),
+                    angle1,
+                    angle2,
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kernel::{stream_influence, velocity_influence, wake_source_stream};
+    use super::*;
+    use crate::differentiate::Tangent;
+
+    fn places() -> Vec<([[f64; 2]; 2], [f64; 2], Place)> {
+        let panel = [[0.3, 0.1], [0.5, -0.05]];
+        let outside = [[1.0, 0.4], [-0.7, 0.2], [0.35, -0.6], [0.45, 0.5], [0.2, -0.4], [3.0, -2.0]];
+        let mut all: Vec<_> = outside.into_iter().map(|p| (panel, p, Place::Elsewhere)).collect();
+        all.push((panel, panel[0], Place::Start));
+        all.push((panel, panel[1], Place::End));
+        all.extend(all.clone().into_iter().map(|(p, q, place)| {
+            let back = |v: [f64; 2]| [-v[0], -v[1]];
+            (p.map(back), back(q), place)
+        }));
+        all
+    }
+
+    #[test]
+    fn shared_values_give_the_same_kernels() {
+        for (panel, point, place) in places() {
+            let straight = Straight::new(panel);
+            let polar = Polar::new(&[point], &panel);
+            let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-14, "{panel:?} {point:?}: {a} {b}");
+            let surface = polar.seen_of_surface(0, [0, 1], &straight);
+            let sight = surface.sight(straight.local(point), straight.length, place);
+            let (own, other) = (sight.stream(), stream_influence(panel, point, place));
+            close(own.vortex[0], other.vortex[0]);
+            close(own.vortex[1], other.vortex[1]);
+            close(own.source, other.source);
+            let velocity = sight.velocity();
+            let other = velocity_influence(panel, point, place);
+            for end in 0..2 {
+                let (source, vortex) = (straight.outer(velocity.source(end)), straight.outer(velocity.vortex(end)));
+                for c in 0..2 {
+                    close(source[c], other.source[end][c]);
+                    close(vortex[c], other.vortex[end][c]);
+                }
+            }
+            if place == Place::End {
+                continue; // on the cut of the wake's panels; no node of a section stands there
+            }
+            let wake = polar.seen_of_wake(0, [0, 1], &straight).sight(straight.local(point), straight.length, place);
+            let (own, other) = (wake.wake_stream(), wake_source_stream(panel, point, place));
+            close(own[0], other[0]);
+            close(own[1], other[1]);
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_kernels() {
+        for (panel, point, place) in places().into_iter().filter(|p| p.2 == Place::Elsewhere) {
+            let straight = Straight::new(panel);
+            let [x, z] = straight.local(point);
+            let variable = |v: f64, k: usize| Tangent::<3>::from_re(v).derivative(k);
+            let (at, length) = ([variable(x, 0), variable(z, 1)], variable(straight.length, 2));
+            let zero = Tangent::from_re(0.0);
+            let other = stream_influence([[zero; 2], [length, zero]], at, place);
+            let seen = Polar::new(&[point], &panel).seen_of_surface(0, [0, 1], &straight);
+            let own = seen.sight(at, length, place).stream();
+            for (a, b) in [(own.source, other.source), (own.vortex[0], other.vortex[0])] {
+                assert!((0..3).all(|k| (a.eps[k] - b.eps[k]).abs() < 1e-13), "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn pairs_are_symmetric() {
+        let points = [[0.0, 0.0], [1.0, 0.2], [0.5, -0.3]];
+        let (half, whole) = (Polar::among(&points), Polar::new(&points, &points));
+        let back = whole.reversed(1);
+        for q in (0..9).filter(|q| q % 4 != 0) {
+            for other in [&half, &back] {
+                assert!((other.log[q] - whole.log[q]).abs() < 1e-15);
+                assert!((other.angle[q] - whole.angle[q]).abs() < 1e-15);
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Sharp trailing edges: against MSES, and as the limit of a closing gap.
+
+use super::common::{PANELS, cores, in_parallel, nodes, panelled, section};
+use super::reference::{Reference, Row};
+use crate::Failure;
+use crate::sheet::Sheet;
+use aeroform::flow::{Condition, Incidence, PanelledSection, Settings, Solution, TrailingEdge};
+use aeroform::report::{Align, Table};
+
+/// Relative bar of lift against MSES.
+const LIFT: f64 = 0.015;
+/// Relative bar of lift beyond the trend of a closing gap.
+const CONTINUITY: f64 = 0.01;
+
+pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {
+    Ok(vec![mses(quick)?, closing_gap(quick)?])
+}
+
+/// A point of the table of MSES.
+struct Point {
+    name: String,
+    section: String,
+    sharp: bool,
+    condition: Condition,
+    lift: f64,
+    drag: f64,
+    moment: Option<f64>,
+    transition: [Option<f64>; 2],
+}
+
+impl Point {
+    fn new(row: Row) -> Result<Self, Failure> {
+        let case = row.text("case")?;
+        let sharp = row.text("te")? == "sharp";
+        let section = match case.strip_prefix("kulfan ") {
+            Some(coefficients) => {
+                let list = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(",");
+                let (upper, lower) =
+                    coefficients.split_once('/').ok_or("reference data: a Kulfan section without /")?;
+                format!("kulfan:upper={}/lower={}", list(upper), list(lower))
+            }
+            None if sharp => format!("{case}:sharp"),
+            None => case.to_owned(),
+        };
+        let [degrees, reynolds, mach] = [row.required("alpha")?, row.required("Re")?, row.required("Mach")?];
+        let condition =
+            Condition { mach, trips: row.trips()?, ..Condition::new(Incidence::Alpha(degrees.to_radians()), reynolds) };
+        let trip = row.text("xtrip")?;
+        let short: String = section.chars().take(32).collect();
+        let name = format!("{short} {degrees} M {mach} Re {reynolds:.0e} {trip}");
+        let [lift, drag] = [row.required("CL")?, row.required("CD")?];
+        let transition = [row.number("xtr_top")?, row.number("xtr_bot")?];
+        Ok(Self { name, section, sharp, condition, lift, drag, moment: row.number("CM")?, transition })
+    }
+
+    fn solve(&self, panels: usize) -> Result<Solution, String> {
+        let panels = panelled(&self.section, panels).map_err(|e| e.to_string())?;
+        panels.analyze(&self.condition, &Settings::default(), None).map_err(|e| e.to_string())
+    }
+}
+
+fn mses(quick: bool) -> Result<Sheet, Failure> {
+    let text = format!(
+        "Against MSES (finite volumes with the same kind of boundary layer; reference/flow/mses.csv), which treats a sharp edge as\n\
+         such, where XFOIL's lift depends on its panels. {PANELS} panels placed as the command places them. Bar: lift of the sharp\n\
+         sections 1.5 % (0.005 at no lift). Drag, moment, transition and the blunt sections are information: MSES has its own grid\n\
+         error, an outer boundary 2.5 chords away, and newer closures."
+    );
+    let mut sheet = Sheet::new("Sharp trailing edges against MSES", &text);
+    let right = ["CL", "320 panels", "MSES", "dCL", "CD", "MSES", "dCD", "dCM", "d xtr upper", "d xtr lower"];
+    let columns = std::iter::once(("point", Align::Left)).chain(right.map(|name| (name, Align::Right)));
+    let mut figures = Table::new(columns.chain([("", Align::Left)]));
+    let reference = Reference::new(include_str!("../reference/flow/mses.csv"));
+    let mut points = reference.rows().map(Point::new).collect::<Result<Vec<_>, Failure>>()?;
+    if quick {
+        points.truncate(4);
+    }
+    let solutions = in_parallel(cores(), &points, |p| p.solve(PANELS));
+    let solutions = solutions.into_iter().collect::<Result<Vec<_>, String>>()?;
+    let fine = in_parallel(cores(), &points, |p| p.solve(2 * PANELS));
+    let fine = fine.into_iter().collect::<Result<Vec<_>, String>>()?;
+    for ((p, s), fine) in points.iter().zip(&solutions).zip(&fine) {
+        let difference = |value: Option<f64>, ours: f64| value.map_or(String::new(), |v| format!("{:+.4}", ours - v));
+        let reliable = s.is_reliable();
+        figures.row([
+            p.name.clone(),
+            format!("{:.5}", s.cl),
+            if fine.is_reliable() { format!("{:.5}", fine.cl) } else { "-".into() },
+            format!("{:.5}", p.lift),
+            if p.lift == 0.0 { format!("{:+.5}", s.cl) } else { format!("{:+.2} %", 100.0 * (s.cl / p.lift - 1.0)) },
+            format!("{:.6}", s.cd),
+            format!("{:.6}", p.drag),
+            format!("{:+.2} %", 100.0 * (s.cd / p.drag - 1.0)),
+            difference(p.moment, s.cm),
+            difference(p.transition[0], s.transition[0]),
+            difference(p.transition[1], s.transition[1]),
+            match (reliable, fine.is_reliable()) {
+                (true, true) => String::new(),
+                (false, _) => s.status.to_string(),
+                (true, false) => format!("320 panels: {}", fine.status),
+            },
+        ]);
+        if p.sharp {
+            let tolerance = if p.lift == 0.0 { 0.005 } else { LIFT * p.lift.abs() };
+            let ours = if reliable { s.cl } else { f64::NAN };
+            sheet.value(&format!("CL, {}", p.name), p.lift, ours, tolerance);
+        }
+    }
+    sheet.set_figures(figures);
+    Ok(sheet)
+}
+
+const GAPS: [f64; 9] = [4e-3, 2.5e-3, 1.5e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 0.0];
+/// Gaps wide enough to show the trend; the others should follow it.
+const TREND: [f64; 3] = [4e-3, 2.5e-3, 1.5e-3];
+
+/// Nodes of a symmetric NACA section whose edge is opened by `gap` by wedges on both surfaces.
+fn with_gap(name: &str, gap: f64) -> Result<Vec<[f64; 2]>, Failure> {
+    let mut nodes = nodes(&section(name)?, PANELS);
+    let last = nodes.len() - 1;
+    for (k, p) in nodes.iter_mut().enumerate() {
+        let side = if 2 * k <= last { 1.0 } else { -1.0 };
+        // the nodes are those of the closed section
+        p[1] += 0.5 * side * gap * p[0];
+    }
+    Ok(nodes)
+}
+
+/// Least-squares line through points, at zero.
+fn intercept_and_slope(points: &[(f64, f64)]) -> (f64, f64) {
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let (xy, xx) = points.iter().fold((0.0, 0.0), |(a, b), p| (a + (p.0 - x) * (p.1 - y), b + (p.0 - x) * (p.0 - x)));
+    (y - xy / xx * x, xy / xx)
+}
+
+fn closing_gap(quick: bool) -> Result<Sheet, Failure> {
+    let text = format!(
+        "NACA sections at alpha 4, Re 5e6, M 0: the closed section, opened by wedges on both surfaces; nodes at the same x for every\n\
+         gap, cold starts. The trend is the line through the gaps {TREND:?}; the others should lie within {} % of it, down to the\n\
+         closed edge.",
+        100.0 * CONTINUITY
+    );
+    let mut sheet = Sheet::new("Lift as the trailing edge closes", &text);
+    let right = ["gap", "CL", "beyond trend", "CD", "CM"].map(|name| (name, Align::Right));
+    let mut figures = Table::new([("section", Align::Left)].into_iter().chain(right).chain([("", Align::Left)]));
+    let names = ["naca0012", "naca0024", "naca4412"];
+    for name in names.into_iter().take(if quick { 1 } else { 3 }) {
+        for trip in [Some(0.05), None] {
+            let condition = Condition { trips: [trip; 2], ..Condition::new(Incidence::Alpha(4f64.to_radians()), 5e6) };
+            let kind = if trip.is_some() { "trip 0.05" } else { "free" };
+            let solve = |gap: &f64| -> Result<Solution, String> {
+                let nodes = with_gap(&format!("{name}:sharp"), *gap).map_err(|e| e.to_string())?;
+                let edge = if *gap == 0.0 { TrailingEdge::Sharp } else { TrailingEdge::Blunt };
+                let panels = PanelledSection::new(&nodes, edge).map_err(|e| e.to_string())?;
+                panels.analyze(&condition, &Settings::default(), None).map_err(|e| e.to_string())
+            };
+            let solutions = in_parallel(cores(), &GAPS, solve).into_iter().collect::<Result<Vec<_>, String>>()?;
+            let lifts: Vec<(f64, f64)> = GAPS.into_iter().zip(solutions.iter().map(|s| s.cl)).collect();
+            let wide: Vec<(f64, f64)> = lifts.iter().copied().filter(|l| TREND.contains(&l.0)).collect();
+            let (origin, slope) = intercept_and_slope(&wide);
+            let (mut worst, mut lost) = (0.0f64, 0);
+            for (gap, s) in GAPS.into_iter().zip(&solutions) {
+                let beyond = s.cl / (origin + slope * gap) - 1.0;
+                if s.is_reliable() {
+                    worst = worst.max(beyond.abs());
+                } else {
+                    lost += 1;
+                }
+                figures.row([
+                    format!("{name}, {kind}"),
+                    format!("{gap:.1e}"),
+                    format!("{:.5}", s.cl),
+                    format!("{:+.2} %", 100.0 * beyond),
+                    format!("{:.6}", s.cd),
+                    format!("{:.5}", s.cm),
+                    if s.is_reliable() { String::new() } else { s.status.to_string() },
+                ]);
+            }
+            sheet.count_at_most(&format!("{name}, {kind}: gaps that do not converge"), 0, Some(lost));
+            sheet.at_most(&format!("{name}, {kind}: largest deviation from the trend"), CONTINUITY, worst);
+        }
+    }
+    sheet.set_figures(figures);
+    Ok(sheet)
+}
