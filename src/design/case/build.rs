@@ -1,16 +1,18 @@
 //! From the tables of a case file to a design problem.
 
 use super::document::Document;
+use super::flow::flow_analysis;
+use super::quantities::Quantities;
 use super::error::nearest;
 use super::schema::{
-    BoxTable, CaseTable, ConstraintTable, Limit, MirrorName, PinEntry, PlacementName, Rules, SectionTable,
+    BoxTable, CaseTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable,
     TrailingEdgeName, VariablesTable,
 };
 use super::{Case, CaseError, OptimizerSettings};
 use crate::design::geometry::{Deformation, Geometry, Variable, VariableKind};
 use crate::design::motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
 use crate::design::quantity::{Instruments, Quantity};
-use crate::design::{Bounds, Constraint, DesignError, DesignProblem, ShapeError, ShapeNorm};
+use crate::design::{Bounds, DesignError, DesignProblem, ShapeError, ShapeNorm};
 use crate::ffd::{FfdBox, FfdError, FoldPenalty, Placement};
 use crate::section::{Coordinates, Kulfan, Section, SectionDefinition, TrailingEdge};
 use std::path::Path;
@@ -37,18 +39,20 @@ pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &
         None => None,
     };
     let instruments = instruments(document, &table, &geometry, target.as_ref())?;
-    let objective = objective(document, &table)?;
-    let report = table.report.values.iter().map(|name| quantity(document, name, &["report", "values"]));
-    let report: Vec<Quantity> = report.collect::<Result<_, _>>()?;
-    let initial = Initial { document, geometry: &geometry, instruments: &instruments };
+    let quantities = Quantities { document, geometry: &geometry, instruments: &instruments };
+    let objective = objective(document, &table, &quantities)?;
+    let mut report = Vec::new();
+    for name in &table.report.values {
+        report.extend(quantities.each(name, &["report", "values"])?);
+    }
     let mut constraints = Vec::new();
     for (name, bounds) in &table.constraints.0 {
-        constraints.extend(initial.constraints(name, bounds)?);
+        constraints.extend(quantities.constraints(name, bounds)?);
     }
     let problem = DesignProblem::new(geometry, target, instruments, &objective, &constraints, &report)
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
-    // a case whose start has no value cannot run
-    problem.quantities_at(&problem.start_values()).map_err(|e| document.error(&["objective"], e.to_string()))?;
+    // a case whose start has no value cannot run; whether it has a flow the run tells
+    problem.measures_at_start().map_err(|e| document.error(&["objective"], e.to_string()))?;
     let optimizer = optimizer(document, &table)?;
     let description = table.description.unwrap_or_default();
     Ok(Case { name: table.name, description, text: text.to_string(), problem, optimizer })
@@ -395,21 +399,22 @@ fn instruments(
             document.error(&["fold_penalty", key], error.to_string())
         })?),
     };
-    Ok(Instruments { shape_error, penalty })
+    let flow = flow_analysis(document, table, geometry.section())?;
+    Ok(Instruments { shape_error, penalty, flow })
 }
 
-fn quantity(document: &Document, name: &str, path: &[&str]) -> Result<Quantity, CaseError> {
-    Quantity::parse(name).map_err(|error| document.error(path, error.to_string()))
-}
-
-fn objective(document: &Document, table: &CaseTable) -> Result<Vec<(Quantity, f64)>, CaseError> {
+fn objective(
+    document: &Document,
+    table: &CaseTable,
+    quantities: &Quantities<'_>,
+) -> Result<Vec<(Quantity, f64)>, CaseError> {
     let mut terms = Vec::new();
     for (name, weight) in &table.objective.minimize.0 {
         let path = ["objective", "minimize", name];
         if !weight.is_finite() {
             return Err(document.error(&path, format!("weight {weight} is not finite")));
         }
-        let quantity = quantity(document, name, &path)?;
+        let quantity = quantities.one(name, &path)?;
         if quantity == Quantity::ShapeError && table.target.is_none() {
             return Err(document.error(&path, DesignError::NoTarget.to_string()));
         }
@@ -419,71 +424,6 @@ fn objective(document: &Document, table: &CaseTable) -> Result<Vec<(Quantity, f6
         return Err(document.error(&["objective", "minimize"], "nothing to minimise: name a quantity and its weight"));
     }
     Ok(terms)
-}
-
-/// Constraints may be relative to the start.
-struct Initial<'a> {
-    document: &'a Document,
-    geometry: &'a Geometry,
-    instruments: &'a Instruments,
-}
-
-impl Initial<'_> {
-    /// One constraint, or one for each control point of the box.
-    fn constraints(&self, name: &str, table: &ConstraintTable) -> Result<Vec<Constraint>, CaseError> {
-        let path = ["constraints", name];
-        if name != "fold_indicator" {
-            return Ok(vec![self.constraint(name, quantity(self.document, name, &path)?, table)?]);
-        }
-        let Some(lattice) = self.geometry.lattice() else {
-            return Err(self.document.error(&path, "there is no [box] that could fold"));
-        };
-        let [columns, rows] = lattice.counts();
-        let point = |index: usize| (index % columns, index / columns);
-        (0..columns * rows)
-            .map(|index| {
-                let (column, row) = point(index);
-                self.constraint(name, Quantity::FoldIndicator { column, row, index }, table)
-            })
-            .collect()
-    }
-
-    fn constraint(&self, name: &str, quantity: Quantity, table: &ConstraintTable) -> Result<Constraint, CaseError> {
-        let path = ["constraints", name];
-        let limit = |key: &str, limit: &Option<Limit>, missing: f64| -> Result<f64, CaseError> {
-            let value = match limit {
-                None => return Ok(missing),
-                Some(Limit::Absolute(value)) => *value,
-                Some(Limit::TimesInitial(factor)) => factor * self.value(&quantity, &path)?,
-            };
-            if value.is_finite() {
-                Ok(value)
-            } else {
-                Err(self.document.error(&[path[0], name, key], format!("{value} is not finite")))
-            }
-        };
-        let bounds = match (&table.equal, &table.min, &table.max) {
-            (Some(_), None, None) => {
-                let value = limit("equal", &table.equal, 0.0)?;
-                Bounds { lower: value, upper: value }
-            }
-            (None, None, None) => return Err(self.document.error(&path, "give `min`, `max` or `equal`")),
-            (None, min, max) => {
-                Bounds { lower: limit("min", min, f64::NEG_INFINITY)?, upper: limit("max", max, f64::INFINITY)? }
-            }
-            _ => return Err(self.document.error(&path, "`equal` goes with neither `min` nor `max`")),
-        };
-        if bounds.lower > bounds.upper {
-            return Err(self.document.error(&path, format!("min {} is above max {}", bounds.lower, bounds.upper)));
-        }
-        Ok(Constraint { quantity, bounds })
-    }
-
-    fn value(&self, quantity: &Quantity, path: &[&str]) -> Result<f64, CaseError> {
-        let start: Vec<f64> = self.geometry.variables().iter().map(|v| v.start).collect();
-        let value = self.geometry.shape(&start).and_then(|shape| self.instruments.value(quantity, &shape));
-        value.map_err(|error| self.document.error(path, error.to_string()))
-    }
 }
 
 fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings, CaseError> {

@@ -4,6 +4,8 @@ mod build;
 mod builtin;
 mod document;
 mod error;
+mod flow;
+mod quantities;
 mod schema;
 
 pub use builtin::{BuiltinCase, builtin_cases};
