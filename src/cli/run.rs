@@ -85,6 +85,10 @@ fn method(settings: &OptimizerSettings) -> Result<Method, Failure> {
         Method::Newton(newton) => {
             newton.objective_tolerance = settings.tolerance.unwrap_or(newton.objective_tolerance);
         }
+        Method::Sqp(sqp) => {
+            sqp.optimality_tolerance = settings.tolerance.unwrap_or(sqp.optimality_tolerance);
+            sqp.feasibility_tolerance = settings.feasibility.unwrap_or(sqp.feasibility_tolerance);
+        }
         Method::Slsqp(slsqp) => {
             slsqp.optimality_tolerance = settings.tolerance.unwrap_or(slsqp.optimality_tolerance);
             slsqp.feasibility_tolerance = settings.feasibility.unwrap_or(slsqp.feasibility_tolerance);

@@ -2,7 +2,7 @@
 
 mod second_order;
 
-use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
+use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
 use super::geometry::{Geometry, LinearisedShape, Shape};
 use super::quantity::{Instruments, Quantity, finite};
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem};
@@ -435,6 +435,18 @@ impl Problem for DesignProblem {
     }
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         Ok(self.try_evaluate(x)?)
+    }
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        if self.instruments.flow.is_none() {
+            return points.iter().map(|x| self.evaluate(x)).collect();
+        }
+        let shape = self.geometry.shape(&self.unscaled(base)).ok();
+        let worker = || {
+            let mut worker = self.clone();
+            worker.instruments.flow = self.instruments.flow.as_ref().map(|flow| flow.near(shape.as_ref()));
+            worker
+        };
+        in_parallel_with(points, worker, |worker, x| worker.evaluate(x))
     }
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && matches!(q, Quantity::Flow(_));

@@ -149,6 +149,8 @@ pub(super) struct FlowAnalysis {
     /// Control points of the section → panel nodes.
     map: LinearMap,
     latest: Arc<Mutex<Option<Arc<Flows>>>>,
+    /// Where flows start from, if not from nothing.
+    start: Option<Arc<Flows>>,
     timing: Arc<Mutex<FlowTiming>>,
 }
 
@@ -166,7 +168,15 @@ impl FlowAnalysis {
             }
             map.end_row();
         }
-        Self { points, settings, edge: section.trailing_edge(), map, latest: Arc::default(), timing: Arc::default() }
+        Self {
+            points,
+            settings,
+            edge: section.trailing_edge(),
+            map,
+            latest: Arc::default(),
+            start: None,
+            timing: Arc::default(),
+        }
     }
 
     pub fn points(&self) -> &[OperatingPoint] {
@@ -177,9 +187,10 @@ impl FlowAnalysis {
         *self.timing.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// A copy with books and memory of its own.
-    pub fn detached(&self) -> Self {
-        Self { latest: Arc::default(), timing: Arc::default(), ..self.clone() }
+    /// A copy with a memory of its own, whose flows start from those about `base`.
+    pub fn near(&self, base: Option<&Shape<f64>>) -> Self {
+        let start = base.map(|shape| self.flows(self.nodes(shape.section.curve().control_points())));
+        Self { latest: Arc::default(), start, ..self.clone() }
     }
 
     pub fn nodes(&self, control_points: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -212,14 +223,17 @@ impl FlowAnalysis {
     /// All points at once, on as many threads as there are processors.
     fn solve(&self, section: &PanelledSection) -> Vec<Result<Solution, DesignError>> {
         let begin = Instant::now();
-        let one = |point: &OperatingPoint| -> Result<Solution, DesignError> {
-            let solution = section.analyze(&point.condition, &self.settings, None)?;
+        let indices: Vec<usize> = (0..self.points.len()).collect();
+        let one = |&index: &usize| -> Result<Solution, DesignError> {
+            let point = &self.points[index];
+            let start = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
+            let solution = section.analyze(&point.condition, &self.settings, start)?;
             if solution.is_reliable() {
                 return Ok(solution);
             }
             Err(DesignError::FlowStatus { point: point.name.clone(), status: solution.status })
         };
-        let solutions = in_parallel(&self.points, one);
+        let solutions = in_parallel(&indices, one);
         self.book(|timing| {
             timing.solutions += solutions.len();
             timing.solution_seconds += begin.elapsed().as_secs_f64();
@@ -334,19 +348,30 @@ fn point_gradients(solution: &Solution) -> Option<PointGradients> {
 
 /// `of` every item, in order, on as many threads as there are processors.
 fn in_parallel<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    in_parallel_with(items, || (), |(), item| of(item))
+}
+
+/// The same with something that each thread makes for itself first.
+pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
+    items: &[T],
+    make: impl Fn() -> W + Sync,
+    of: impl Fn(&mut W, &T) -> R + Sync,
+) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(items.len());
     if threads < 2 {
-        return items.iter().map(of).collect();
+        let mut worker = make();
+        return items.iter().map(|item| of(&mut worker, item)).collect();
     }
     let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
     let next = Mutex::new(items.iter().zip(&mut results));
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
+                let mut worker = make();
                 loop {
                     let job = next.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
                     let Some((item, place)) = job else { break };
-                    *place = Some(of(item));
+                    *place = Some(of(&mut worker, item));
                 }
             });
         }

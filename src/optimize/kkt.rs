@@ -1,6 +1,6 @@
 //! First-order optimality under constraints: multipliers, and what they leave of the gradient.
 
-use super::ledger::{dot, norm};
+use super::ledger::{Ledger, dot, norm, violation};
 use super::outcome::projected_gradient;
 use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector};
@@ -21,6 +21,40 @@ pub(super) struct Optimality {
     /// Its Euclidean norm.
     pub norm: f64,
 }
+
+/// A point a method stands at.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub x: Vec<f64>,
+    pub evaluation: Evaluation,
+    pub optimality: Optimality,
+    pub violation: f64,
+}
+
+impl Point {
+    pub fn new(ledger: &Ledger<'_>, x: &[f64], evaluation: Evaluation) -> Self {
+        let optimality = optimality(ledger, x, &evaluation);
+        let violation = violation(&evaluation, ledger.constraint_bounds());
+        Self { x: x.to_vec(), evaluation, optimality, violation }
+    }
+
+    /// How much higher the objective is at `x` than here.
+    ///
+    /// The difference of two close objectives is lost in their round-off; there it is the integral of the gradient, by
+    /// the trapezoidal rule. Otherwise no step could be told from a bad one once the objective is right to half its
+    /// digits.
+    pub fn height(&self, x: &[f64], evaluation: &Evaluation) -> f64 {
+        let difference = evaluation.objective - self.evaluation.objective;
+        if difference.abs() > SMALL_CHANGE * self.evaluation.objective.abs() {
+            return difference;
+        }
+        let slopes = self.evaluation.gradient.iter().zip(&evaluation.gradient);
+        x.iter().zip(&self.x).zip(slopes).map(|((x, from), (a, b))| 0.5 * (a + b) * (x - from)).sum()
+    }
+}
+
+/// Relative change of the objective below which the gradients tell it better.
+const SMALL_CHANGE: f64 = 1e-8;
 
 /// Which side of its bounds a value has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -197,6 +197,63 @@ fn usable(evaluation: Evaluation, n: usize, constraints: usize) -> Result<Evalua
     complaint.map_or(Ok(evaluation), |reason| Err(AnalysisFailure { reason }))
 }
 
+impl Ledger<'_> {
+    fn ended() -> AnalysisFailure {
+        AnalysisFailure { reason: "the run has ended".into() }
+    }
+
+    /// Why there is no further evaluation, if there is none.
+    fn refused(&mut self) -> Option<AnalysisFailure> {
+        if self.evaluations >= self.limits.evaluations {
+            self.halt.get_or_insert(Halt::Evaluations);
+        }
+        self.halt.map(|_| Self::ended())
+    }
+
+    /// Enters the result of an evaluation; its optimality only where it is `wanted`.
+    fn enter(
+        &mut self,
+        x: &[f64],
+        result: Result<Evaluation, AnalysisFailure>,
+        wanted: bool,
+    ) -> Result<Evaluation, AnalysisFailure> {
+        self.evaluations += 1;
+        let constraints = self.problem.constraint_names().len();
+        let result = result.and_then(|evaluation| usable(evaluation, x.len(), constraints));
+        let result = result.map_err(|failure| self.failed(failure));
+        self.last_failed = result.is_err();
+        let step = self.best.as_ref().map_or(0.0, |(best, _)| distance(best, x));
+        if let Ok(evaluation) = &result
+            && self.improves(evaluation)
+        {
+            self.best = Some((x.to_vec(), evaluation.clone()));
+        }
+        let (violation, gradient_norm) = match &result {
+            Ok(evaluation) => {
+                let violation = violation(evaluation, self.problem.constraint_bounds());
+                (violation, if wanted { optimality(self.problem, x, evaluation).norm } else { f64::NAN })
+            }
+            Err(_) => (f64::NAN, f64::NAN),
+        };
+        let progress = Progress {
+            evaluation: self.evaluations,
+            iteration: self.iteration,
+            x,
+            result: result.as_ref(),
+            best_objective: self.best.as_ref().map_or(f64::INFINITY, |(_, best)| best.objective),
+            violation,
+            gradient_norm,
+            step,
+            seconds: self.begun.elapsed().as_secs_f64(),
+            evaluation_limit: self.limits.evaluations,
+        };
+        if (self.observer)(&progress).is_break() {
+            self.halt = Some(Halt::Observer);
+        }
+        result
+    }
+}
+
 impl Problem for Ledger<'_> {
     fn variable_names(&self) -> &[String] {
         self.problem.variable_names()
@@ -223,47 +280,25 @@ impl Problem for Ledger<'_> {
     }
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        if self.evaluations >= self.limits.evaluations {
-            self.halt.get_or_insert(Halt::Evaluations);
+        if let Some(refused) = self.refused() {
+            return Err(refused);
         }
-        if self.halt.is_some() {
-            return Err(AnalysisFailure { reason: "the run has ended".into() });
-        }
-        self.evaluations += 1;
-        let constraints = self.problem.constraint_names().len();
-        let result = self.problem.evaluate(x).and_then(|evaluation| usable(evaluation, x.len(), constraints));
-        let result = result.map_err(|failure| self.failed(failure));
+        let result = self.problem.evaluate(x);
+        self.enter(x, result, true)
+    }
 
-        self.last_failed = result.is_err();
-        let step = self.best.as_ref().map_or(0.0, |(best, _)| distance(best, x));
-        if let Ok(evaluation) = &result
-            && self.improves(evaluation)
-        {
-            self.best = Some((x.to_vec(), evaluation.clone()));
-        }
-        let (violation, gradient_norm) = match &result {
-            Ok(evaluation) => {
-                let bounds = self.problem.constraint_bounds();
-                (violation(evaluation, bounds), optimality(self.problem, x, evaluation).norm)
-            }
-            Err(_) => (f64::NAN, f64::NAN),
-        };
-        let progress = Progress {
-            evaluation: self.evaluations,
-            iteration: self.iteration,
-            x,
-            result: result.as_ref(),
-            best_objective: self.best.as_ref().map_or(f64::INFINITY, |(_, best)| best.objective),
-            violation,
-            gradient_norm,
-            step,
-            seconds: self.begun.elapsed().as_secs_f64(),
-            evaluation_limit: self.limits.evaluations,
-        };
-        if (self.observer)(&progress).is_break() {
-            self.halt = Some(Halt::Observer);
-        }
-        result
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        let left = self.limits.evaluations.saturating_sub(self.evaluations).min(points.len());
+        let mut found =
+            if self.halt.is_some() { Vec::new() } else { self.problem.evaluate_near(base, &points[..left]) };
+        let mut found = found.drain(..);
+        points
+            .iter()
+            .map(|x| match (self.refused(), found.next()) {
+                (None, Some(result)) => self.enter(x, result, false),
+                (refused, _) => Err(refused.unwrap_or_else(Self::ended)),
+            })
+            .collect()
     }
 
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {

@@ -3,6 +3,8 @@
 //! * [`Lbfgs`]: limited-memory BFGS on [`argmin`], for problems without constraints; first derivatives only;
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
 //! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives only;
+//! * [`Sqp`]: sequential quadratic programming in a trust region, with the curvature sampled from exact gradients: the
+//!   fewest iterations where many directions matter little;
 //! * [`Method`]: any of them behind one type, as a case file names it;
 //! * [`Bounded`]: bounds on variables by a smooth change of variables, which the first two use by themselves;
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
@@ -53,9 +55,11 @@ mod ledger;
 mod newton;
 mod outcome;
 mod slsqp;
+mod sqp;
 #[cfg(test)]
 mod testcases;
 mod trust_region;
+mod verdict;
 
 pub use bounded::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -65,6 +69,7 @@ pub use lbfgs::Lbfgs;
 pub use newton::Newton;
 pub use outcome::{OptimizeError, Outcome, Progress, Status, projected_gradient};
 pub use slsqp::Slsqp;
+pub use sqp::Sqp;
 
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use nalgebra::DMatrix;
@@ -116,11 +121,13 @@ pub enum Method {
     Newton(Newton),
     /// `"slsqp"`.
     Slsqp(Slsqp),
+    /// `"sqp"`.
+    Sqp(Sqp),
 }
 
 impl Method {
     /// The names [`from_name`](Self::from_name) knows.
-    pub const NAMES: [&'static str; 3] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME];
+    pub const NAMES: [&'static str; 4] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME, Sqp::NAME];
 
     /// The method called `name` with its default settings.
     pub fn from_name(name: &str) -> Option<Self> {
@@ -128,13 +135,14 @@ impl Method {
             Lbfgs::NAME => Some(Self::Lbfgs(Lbfgs::default())),
             Newton::NAME => Some(Self::Newton(Newton::default())),
             Slsqp::NAME => Some(Self::Slsqp(Slsqp::default())),
+            Sqp::NAME => Some(Self::Sqp(Sqp::default())),
             _ => None,
         }
     }
 
     /// Whether the method takes constraints.
     pub fn takes_constraints(&self) -> bool {
-        matches!(self, Self::Slsqp(_))
+        matches!(self, Self::Slsqp(_) | Self::Sqp(_))
     }
 
     /// The limits of the run, to read or set.
@@ -143,6 +151,7 @@ impl Method {
             Self::Lbfgs(method) => &mut method.limits,
             Self::Newton(method) => &mut method.limits,
             Self::Slsqp(method) => &mut method.limits,
+            Self::Sqp(method) => &mut method.limits,
         }
     }
 
@@ -151,6 +160,7 @@ impl Method {
             Self::Lbfgs(method) => method,
             Self::Newton(method) => method,
             Self::Slsqp(method) => method,
+            Self::Sqp(method) => method,
         }
     }
 }
@@ -196,6 +206,10 @@ impl<P: Problem + ?Sized> Problem for &mut P {
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         (**self).evaluate(x)
+    }
+
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        (**self).evaluate_near(base, points)
     }
 
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {

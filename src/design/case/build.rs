@@ -1,12 +1,11 @@
 //! From the tables of a case file to a design problem.
 
 use super::document::Document;
+use super::error::nearest;
 use super::flow::flow_analysis;
 use super::quantities::Quantities;
-use super::error::nearest;
 use super::schema::{
-    BoxTable, CaseTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable,
-    TrailingEdgeName, VariablesTable,
+    BoxTable, CaseTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable, TrailingEdgeName, VariablesTable,
 };
 use super::{Case, CaseError, OptimizerSettings};
 use crate::design::geometry::{Deformation, Geometry, Variable, VariableKind};
@@ -21,7 +20,7 @@ use std::path::Path;
 const MOST_BOX_POINTS: usize = 10_000;
 
 /// Names of the optimisers; the same as those of `optimize::Method`, which stands above this module.
-const METHODS: [&str; 3] = ["lbfgs", "newton", "slsqp"];
+const METHODS: [&str; 4] = ["lbfgs", "newton", "slsqp", "sqp"];
 
 /// Builds the case; every error names the key it comes from.
 pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {

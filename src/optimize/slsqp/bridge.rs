@@ -1,7 +1,7 @@
 //! A run of SLSQP, and the face it shows to `basin`.
 
-use super::super::kkt::{Optimality, optimality};
-use super::super::ledger::{Ledger, norm, violation};
+use super::super::kkt::Point;
+use super::super::ledger::{Ledger, norm};
 use super::Slsqp;
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use basin::{
@@ -28,26 +28,14 @@ pub(super) struct Run<'a> {
     /// What the objective is multiplied by.
     scale: f64,
     /// Where the method stands.
-    anchor: Option<(Vec<f64>, Evaluation)>,
+    anchor: Option<Point>,
     equalities: Vec<Row>,
     inequalities: Vec<Row>,
 }
 
-/// Relative change of the objective below which the gradients tell it better.
-const SMALL_CHANGE: f64 = 1e-8;
-
 /// The run is over: the ledger gives no more evaluations.
 #[derive(Debug)]
 pub(super) struct Halted;
-
-/// A point the method stands at.
-#[derive(Debug, Clone)]
-pub(super) struct Point {
-    pub x: Vec<f64>,
-    pub evaluation: Evaluation,
-    pub optimality: Optimality,
-    pub violation: f64,
-}
 
 impl<'a> Run<'a> {
     pub fn new(ledger: Ledger<'a>, settings: Slsqp) -> Self {
@@ -93,9 +81,7 @@ impl<'a> Run<'a> {
     /// The point at `x`, with what optimality it has.
     pub fn point(&mut self, x: &[f64]) -> Result<Point, AnalysisFailure> {
         let evaluation = self.at(x)?;
-        let optimality = optimality(&self.ledger, x, &evaluation);
-        let violation = violation(&evaluation, self.ledger.constraint_bounds());
-        Ok(Point { x: x.to_vec(), evaluation, optimality, violation })
+        Ok(Point::new(&self.ledger, x, evaluation))
     }
 
     fn at(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
@@ -111,22 +97,7 @@ impl<'a> Run<'a> {
 
     /// The method stands at `point`: objectives are measured from there.
     pub fn stand_at(&mut self, point: &Point) {
-        self.anchor = Some((point.x.clone(), point.evaluation.clone()));
-    }
-
-    /// How much higher the objective is than where the method stands.
-    ///
-    /// The difference of two close objectives is lost in their round-off; there it is the integral of the gradient, by
-    /// the trapezoidal rule. Otherwise no step could be told from a bad one once the objective is right to half its
-    /// digits.
-    fn height(&self, x: &[f64], evaluation: &Evaluation) -> f64 {
-        let Some((from, anchor)) = &self.anchor else { return 0.0 };
-        let difference = evaluation.objective - anchor.objective;
-        if difference.abs() > SMALL_CHANGE * anchor.objective.abs() {
-            return difference;
-        }
-        let slopes = anchor.gradient.iter().zip(&evaluation.gradient);
-        x.iter().zip(from).zip(slopes).map(|((x, from), (a, b))| 0.5 * (a + b) * (x - from)).sum()
+        self.anchor = Some(point.clone());
     }
 
     fn rows(&self) -> impl Iterator<Item = &Row> {
@@ -183,7 +154,9 @@ impl CostFunction for Bridge<'_, '_> {
     type Error = Halted;
 
     fn cost(&self, x: &Vec<f64>) -> Result<f64, Halted> {
-        Ok(self.numbers(x, 1, |run, evaluation| vec![run.scale * run.height(x, evaluation)])?[0])
+        Ok(self.numbers(x, 1, |run, evaluation| {
+            vec![run.scale * run.anchor.as_ref().map_or(0.0, |from| from.height(x, evaluation))]
+        })?[0])
     }
 }
 

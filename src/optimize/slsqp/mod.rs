@@ -6,16 +6,17 @@
 //! that gave up is followed by another from where it stood as long as that leads anywhere.
 
 mod bridge;
-mod report;
 #[cfg(test)]
 mod tests;
 
+use super::kkt::Point;
 use super::ledger::Ledger;
 use super::outcome::check;
+use super::verdict as report;
 use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::Problem;
 use basin::{SelectedFirstOrderState, SlsqpFailure, Solver, State};
-use bridge::{Bridge, Point, Run};
+use bridge::{Bridge, Run};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
@@ -176,7 +177,8 @@ impl Watch {
             );
             return Some((Status::IterationLimit, message));
         }
-        (iteration >= self.gained_at + settings.patience).then(|| report::stuck(run, point))
+        (iteration >= self.gained_at + settings.patience)
+            .then(|| report::stuck(&run.ledger, point, settings.feasibility_tolerance))
     }
 }
 
@@ -203,7 +205,7 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
             LegEnd::GaveUp(_) => break,
         }
     }
-    report::stuck(&run.borrow(), &point)
+    report::stuck(&run.borrow().ledger, &point, settings.feasibility_tolerance)
 }
 
 /// Steps from `point`, which follows, until there is a verdict or `basin` gives up.

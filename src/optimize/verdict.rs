@@ -1,10 +1,9 @@
 //! The end of a run in words: which constraints hold the design, which cannot be met.
 
-use super::super::kkt::{Side, opposition, reached};
-use super::super::ledger::{Ledger, norm};
-use super::bridge::{Point, Run};
-use crate::design::Problem;
-use crate::optimize::Status;
+use super::Status;
+use super::kkt::{Point, Side, opposition, reached};
+use super::ledger::{Ledger, norm, violation};
+use crate::design::{Evaluation, Problem};
 
 /// Names listed at most.
 const MOST: usize = 6;
@@ -47,8 +46,7 @@ fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
 }
 
 /// No step leads on from `point`.
-pub(super) fn stuck(run: &Run<'_>, point: &Point) -> (Status, String) {
-    let ledger = &run.ledger;
+pub(super) fn stuck(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (Status, String) {
     if ledger.last_failed() {
         let message = format!(
             "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
@@ -58,8 +56,8 @@ pub(super) fn stuck(run: &Run<'_>, point: &Point) -> (Status, String) {
         );
         return (Status::Failed, message);
     }
-    let tolerance = run.settings.feasibility_tolerance;
-    if point.violation > tolerance && ledger.best().is_none_or(|(x, _)| *x == point.x || infeasible(run)) {
+    if point.violation > tolerance && ledger.best().is_none_or(|(x, _)| *x == point.x || infeasible(ledger, tolerance))
+    {
         return (Status::Infeasible, contradiction(ledger, point, tolerance));
     }
     let message = format!(
@@ -72,10 +70,9 @@ pub(super) fn stuck(run: &Run<'_>, point: &Point) -> (Status, String) {
 }
 
 /// Whether no point so far met the constraints.
-fn infeasible(run: &Run<'_>) -> bool {
-    let bounds = run.ledger.constraint_bounds();
-    let violation = |e: &crate::design::Evaluation| super::super::ledger::violation(e, bounds);
-    run.ledger.best().is_none_or(|(_, best)| violation(best) > run.settings.feasibility_tolerance)
+fn infeasible(ledger: &Ledger<'_>, tolerance: f64) -> bool {
+    let far = |best: &Evaluation| violation(best, ledger.constraint_bounds()) > tolerance;
+    ledger.best().is_none_or(|(_, best)| far(best))
 }
 
 /// Which constraints are violated, by how much, and what stands against them.
