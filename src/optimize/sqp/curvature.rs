@@ -37,6 +37,11 @@ impl Curvature {
         Self { matrix: DMatrix::identity(n, n) * first, first, least, age: 0, sampled: false }
     }
 
+    /// The curvature it began with.
+    pub fn first(&self) -> f64 {
+        self.first
+    }
+
     pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }

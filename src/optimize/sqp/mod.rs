@@ -143,6 +143,8 @@ struct State {
     rows: Vec<Row>,
     curvature: Curvature,
     radius: f64,
+    /// Curvature added in all directions: small where the model has proved right.
+    damping: f64,
     price: f64,
     /// Price of the shortfall of each row in the merit function.
     weights: Vec<f64>,
@@ -165,6 +167,12 @@ impl State {
         })
     }
 
+    /// The curvature with its damping.
+    fn model(&self) -> DMatrix<f64> {
+        let n = self.point.x.len();
+        self.curvature.matrix() + DMatrix::identity(n, n) * self.damping
+    }
+
     fn values(&self) -> Vec<f64> {
         self.rows.iter().map(|r| r.value(&self.point.evaluation)).collect()
     }
@@ -181,7 +189,7 @@ impl State {
         let needed: Vec<f64> = values.iter().map(|v| -v).collect();
         Quadratic {
             gradient: &self.point.evaluation.gradient,
-            hessian: self.curvature.matrix(),
+            hessian: &self.model(),
             rows,
             needed: &needed,
             penalties: &vec![price; values.len()],
@@ -206,7 +214,7 @@ impl State {
         }
         let d = &step.d;
         let gradient = dot(&self.point.evaluation.gradient, d.as_slice());
-        let model = gradient + 0.5 * d.dot(&(self.curvature.matrix() * d));
+        let model = gradient + 0.5 * d.dot(&(self.model() * d));
         let relief = self.shortfall(&actual) - self.shortfall(&linear);
         Some(Proposal { predicted: relief - model, step, linear })
     }
@@ -214,6 +222,18 @@ impl State {
     /// What the rows are short of, at the price of each.
     fn shortfall(&self, values: &[f64]) -> f64 {
         values.iter().zip(&self.weights).map(|(v, w)| w * (-v).max(0.0)).sum()
+    }
+
+    /// Trusts the model more or less after a step of a given largest entry that gained `ratio` of what was predicted.
+    fn adapt(&mut self, ratio: f64, length: f64) {
+        if ratio > 0.75 {
+            self.damping *= 0.25;
+            if length > 0.8 * self.radius {
+                self.radius = (2.0 * self.radius).min(MOST_RADIUS);
+            }
+        } else if ratio < 0.25 {
+            self.damping = (3.0 * self.damping).max(0.1 * self.curvature.first());
+        }
     }
 
     fn moved(&self, bounds: &[Bounds], step: &Step) -> Vec<f64> {
@@ -259,6 +279,7 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
         point: Point::new(ledger, &start, evaluation),
         curvature: Curvature::new(start.len(), slope / settings.first_step, 2.0 * settings.optimality_tolerance),
         radius: settings.radius,
+        damping: 0.0,
         price: PRICE * slope,
     };
     let mut watch = Watch { settings: *settings, best: (f64::INFINITY, f64::INFINITY, f64::INFINITY), gained_at: 0 };
@@ -267,6 +288,9 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
             return verdict;
         }
         if settings.sampling > 0 && state.curvature.age >= settings.sampling {
+            if !state.curvature.sampled {
+                state.damping = state.damping.max(state.curvature.first());
+            }
             state.curvature.sample(ledger, &state.point, &bounds);
         }
         match advance(ledger, &mut state, &bounds) {
@@ -279,6 +303,7 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
 
 /// Takes one step; `None` where there is none to take.
 fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Option<()> {
+    let mut rejections = 0;
     while state.radius > LEAST_RADIUS {
         let Some(proposal) = state.propose(bounds, None) else {
             // a curvature that numbers cannot handle is forgotten
@@ -290,20 +315,21 @@ fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Opt
         let length = proposal.step.d.amax();
         match attempt(ledger, state, bounds, &proposal) {
             Trial::Accepted { x, evaluation, ratio } => {
-                if ratio > 0.75 && length > 0.8 * state.radius {
-                    state.radius = (2.0 * state.radius).min(MOST_RADIUS);
-                } else if ratio < 0.25 {
-                    state.radius = 0.5 * length;
-                }
+                state.adapt(ratio, length);
                 let multipliers = state.multipliers(&proposal.step);
                 state.curvature.update(&state.point, &x, &evaluation, &multipliers);
                 state.point = Point::new(ledger, &x, evaluation);
                 return Some(());
             }
             Trial::Failed if ledger.halted().is_some() => return None,
-            Trial::Failed => state.radius = 0.25 * length,
+            Trial::Failed => {
+                state.radius = 0.25 * length;
+                state.damping = (4.0 * state.damping).max(state.curvature.first());
+            }
             Trial::Rejected => {
-                state.radius = 0.3 * length;
+                rejections += 1;
+                state.damping = (4.0 * state.damping).max(0.1 * state.curvature.first());
+                state.radius = state.radius.min(if rejections > 2 { 0.3 * length } else { length });
                 if state.curvature.age >= 2 && state.curvature.sampled {
                     state.curvature.sample(ledger, &state.point, bounds);
                 }
