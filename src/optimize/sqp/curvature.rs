@@ -42,6 +42,11 @@ impl Curvature {
         self.first
     }
 
+    /// The least curvature of the model.
+    pub fn least(&self) -> f64 {
+        self.least
+    }
+
     pub fn matrix(&self) -> &DMatrix<f64> {
         &self.matrix
     }

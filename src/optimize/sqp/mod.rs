@@ -52,7 +52,7 @@ impl Default for Sqp {
             feasibility_tolerance: 1e-9,
             first_step: 0.4,
             radius: 1.0,
-            sampling: 5,
+            sampling: 8,
             patience: 30,
             limits: Limits::default(),
         }
@@ -136,6 +136,9 @@ const LEAST_RADIUS: f64 = 1e-10;
 const MOST_RADIUS: f64 = 10.0;
 /// Price of a shortfall in the model over the norm of the gradient: so much that all is bought that can be had.
 const PRICE: f64 = 1e3;
+
+/// Violation below which an optimal point is brought onto the constraints by the shortest way.
+const NEARLY_MET: f64 = 1e-4;
 
 /// A run on its way.
 struct State {
@@ -232,7 +235,7 @@ impl State {
                 self.radius = (2.0 * self.radius).min(MOST_RADIUS);
             }
         } else if ratio < 0.25 {
-            self.damping = (3.0 * self.damping).max(0.1 * self.curvature.first());
+            self.damping = (3.0 * self.damping).max(3.0 * self.curvature.least());
         }
     }
 
@@ -293,7 +296,17 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
             }
             state.curvature.sample(ledger, &state.point, &bounds);
         }
-        match advance(ledger, &mut state, &bounds) {
+        // an optimal point that misses the constraints only needs to get onto them
+        let optimal = state.point.optimality.residual <= settings.optimality_tolerance;
+        let damping = state.damping;
+        if optimal && state.point.violation < NEARLY_MET {
+            state.damping = damping.max(10.0 * state.curvature.first());
+        }
+        let advanced = advance(ledger, &mut state, &bounds);
+        if optimal {
+            state.damping = damping;
+        }
+        match advanced {
             Some(()) => ledger.iteration += 1,
             None if ledger.halted().is_some() => return (Status::Interrupted, String::new()),
             None => return verdict::stuck(ledger, &state.point, settings.feasibility_tolerance),
@@ -328,9 +341,9 @@ fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Opt
             }
             Trial::Rejected => {
                 rejections += 1;
-                state.damping = (4.0 * state.damping).max(0.1 * state.curvature.first());
+                state.damping = (4.0 * state.damping).max(10.0 * state.curvature.least());
                 state.radius = state.radius.min(if rejections > 2 { 0.3 * length } else { length });
-                if state.curvature.age >= 2 && state.curvature.sampled {
+                if state.curvature.age >= 4 && state.curvature.sampled {
                     state.curvature.sample(ledger, &state.point, bounds);
                 }
             }
