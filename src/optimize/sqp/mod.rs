@@ -134,6 +134,8 @@ impl Row {
 const LEAST_RADIUS: f64 = 1e-10;
 /// Largest one.
 const MOST_RADIUS: f64 = 10.0;
+/// Trust region after the curvature has been sampled, at least.
+const RENEWED_RADIUS: f64 = 0.1;
 /// Price of a shortfall in the model over the norm of the gradient: so much that all is bought that can be had.
 const PRICE: f64 = 1e3;
 
@@ -295,6 +297,9 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
                 state.damping = state.damping.max(state.curvature.first());
             }
             state.curvature.sample(ledger, &state.point, &bounds);
+            // what is known anew may be trusted anew
+            state.radius = state.radius.max(RENEWED_RADIUS);
+            state.damping = state.damping.min(state.curvature.first());
         }
         // an optimal point that misses the constraints only needs to get onto them
         let optimal = state.point.optimality.residual <= settings.optimality_tolerance;
@@ -342,7 +347,9 @@ fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Opt
             Trial::Rejected => {
                 rejections += 1;
                 state.damping = (4.0 * state.damping).max(10.0 * state.curvature.least());
-                state.radius = state.radius.min(if rejections > 2 { 0.3 * length } else { length });
+                if rejections > 2 {
+                    state.radius = 0.3 * length;
+                }
                 if state.curvature.age >= 4 && state.curvature.sampled {
                     state.curvature.sample(ledger, &state.point, bounds);
                 }

@@ -35,6 +35,8 @@ const ITERATIONS: usize = 80;
 const ACCURACY: f64 = 1e-13;
 /// Complementarity up to which a solution is of use.
 const USEFUL: f64 = 1e-7;
+/// What the interior-point method may miss of a row that holds.
+const LARGEST_POLISH: f64 = 1e-6;
 /// How close to its limits a step may go.
 const TO_THE_EDGE: f64 = 0.995;
 
@@ -165,11 +167,42 @@ impl Quadratic<'_> {
             above.walk(length, &step.d, &step.above);
             below.walk(length, &-&step.d, &step.below);
         }
+        self.polish(&mut d, &surplus, &shortfall);
         for i in 0..n {
             d[i] = d[i].clamp(lower[i], upper[i]);
         }
         let multipliers = surplus.dual.iter().map(|z| z / scale).collect();
         (last_gap <= USEFUL && d.iter().all(|v| v.is_finite())).then_some(Step { d, multipliers })
+    }
+}
+
+impl Quadratic<'_> {
+    /// Brings the rows that hold onto what they need, by the shortest way of the variables that are off their bounds:
+    /// the interior-point method leaves them a little beside it.
+    fn polish(&self, d: &mut DVector<f64>, surplus: &Pair, shortfall: &Pair) {
+        let holds = |i: usize| surplus.value[i] < surplus.dual[i] && shortfall.value[i] < shortfall.dual[i];
+        let held: Vec<usize> = (0..self.needed.len()).filter(|&i| holds(i)).collect();
+        let free = |j: usize| {
+            let room = 1e-6 * (self.upper[j] - self.lower[j]);
+            d[j] - self.lower[j] > room && self.upper[j] - d[j] > room
+        };
+        let free: Vec<usize> = (0..d.len()).filter(|&j| free(j)).collect();
+        if held.is_empty() || free.is_empty() {
+            return;
+        }
+        let ends = self.rows * &*d;
+        let missing = DVector::from_fn(held.len(), |k, _| self.needed[held[k]] - ends[held[k]]);
+        if missing.amax() > LARGEST_POLISH {
+            return;
+        }
+        let matrix = DMatrix::from_fn(held.len(), free.len(), |k, j| self.rows[(held[k], free[j])]);
+        let svd = matrix.svd(true, true);
+        let threshold = 1e-9 * svd.singular_values.max();
+        if let Ok(correction) = svd.solve(&missing, threshold)
+            && correction.amax() <= 1e3 * LARGEST_POLISH
+        {
+            free.iter().zip(correction.iter()).for_each(|(&j, c)| d[j] += c);
+        }
     }
 }
 
