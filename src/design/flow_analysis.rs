@@ -343,7 +343,8 @@ fn point_gradients(solution: &Solution) -> Option<PointGradients> {
         }
     };
     let held = held.unwrap_or(at_alpha);
-    Some([held.cl.nodes, held.cd.nodes, held.cm.nodes, held.cp_min.nodes, still(), still(), alpha])
+    let [upper, lower] = held.transition;
+    Some([held.cl.nodes, held.cd.nodes, held.cm.nodes, held.cp_min.nodes, upper.nodes, lower.nodes, alpha])
 }
 
 /// `of` every item, in order, on as many threads as there are processors.

@@ -47,6 +47,8 @@
 pub(crate) mod atomic;
 mod bounded;
 mod checkpoint;
+#[cfg(test)]
+mod constrained_tests;
 mod history;
 mod journal;
 mod kkt;

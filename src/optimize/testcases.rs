@@ -84,6 +84,7 @@ impl<F: Function<Error = Infallible>> Problem for Case<F> {
 }
 
 /// Objective and constraints, in this order, as a problem.
+#[derive(Clone)]
 pub(super) struct Constrained<F> {
     pub(super) function: F,
     names: Vec<String>,

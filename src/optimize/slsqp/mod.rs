@@ -6,8 +6,6 @@
 //! that gave up is followed by another from where it stood as long as that leads anywhere.
 
 mod bridge;
-#[cfg(test)]
-mod tests;
 
 use super::kkt::Point;
 use super::ledger::Ledger;

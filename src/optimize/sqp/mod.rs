@@ -63,6 +63,11 @@ impl Sqp {
     /// The name in case files.
     pub const NAME: &'static str = "sqp";
 
+    /// Violation of a constraint that says it cannot be met, rather than that it was not met so closely.
+    fn missed(&self) -> f64 {
+        self.feasibility_tolerance.max(1e-6)
+    }
+
     fn check(&self) -> Result<(), OptimizeError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         let settings = [
@@ -314,7 +319,7 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
         match advanced {
             Some(()) => ledger.iteration += 1,
             None if ledger.halted().is_some() => return (Status::Interrupted, String::new()),
-            None => return verdict::stuck(ledger, &state.point, settings.feasibility_tolerance),
+            None => return verdict::stuck(ledger, &state.point, settings.missed()),
         }
     }
 }
@@ -425,7 +430,6 @@ impl Watch {
             );
             return Some((Status::IterationLimit, message));
         }
-        (iteration >= self.gained_at + settings.patience)
-            .then(|| verdict::stuck(ledger, point, settings.feasibility_tolerance))
+        (iteration >= self.gained_at + settings.patience).then(|| verdict::stuck(ledger, point, settings.missed()))
     }
 }

@@ -70,8 +70,9 @@ impl Quadratic<'_> {
     /// The minimum, or `None` where the numbers are not finite or the Hessian not positive definite.
     pub fn solve(&self) -> Option<Step> {
         let (n, m) = (self.gradient.len(), self.needed.len());
-        // in units in which the largest slope is one
-        let steepest = self.gradient.iter().fold(0.0, |s: f64, g| s.max(g.abs()));
+        // in units in which the largest slope is one, or the highest price a thousand
+        let highest = self.penalties.iter().fold(0.0, |p: f64, v| p.max(*v));
+        let steepest = self.gradient.iter().fold(1e-3 * highest, |s: f64, g| s.max(g.abs()));
         let scale = if steepest > 0.0 { 1.0 / steepest } else { 1.0 };
         let g = DVector::from_column_slice(self.gradient) * scale;
         let hessian = self.hessian * scale;
@@ -96,7 +97,7 @@ impl Quadratic<'_> {
             let residual = &hessian * &d + &g - self.rows.transpose() * &surplus.dual - &above.dual + &below.dual;
             let unmet = &needed + &surplus.value - self.rows * &d - &shortfall.value;
             last_gap = gap;
-            if gap <= ACCURACY && residual.amax() <= 1e-11 && unmet.iter().all(|u| u.abs() <= 1e-12) {
+            if gap <= ACCURACY && residual.amax() <= 1e-12 && unmet.iter().all(|u| u.abs() <= 1e-12) {
                 break;
             }
             // pivot of every row and of every bound
