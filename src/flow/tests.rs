@@ -60,7 +60,9 @@ fn check(name: &str, exact: [f64; 6], step: f64, tolerance: f64, at: impl Fn(f64
             "{name}, coefficient {k}: exact {} against {estimate:?}",
             exact[k]
         );
-        assert!(estimate.error < 1e-4 * scale + 1e-9, "{name}, coefficient {k}: {estimate:?} says nothing");
+        // behind a trip transition hardly moves
+        let least = if k < 4 { 1e-9 } else { 1e-7 };
+        assert!(estimate.error < 1e-4 * scale + least, "{name}, coefficient {k}: {estimate:?} says nothing");
     }
 }
 

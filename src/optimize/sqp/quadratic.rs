@@ -168,16 +168,69 @@ impl Quadratic<'_> {
             above.walk(length, &step.d, &step.above);
             below.walk(length, &-&step.d, &step.below);
         }
-        self.polish(&mut d, &surplus, &shortfall);
+        let exact = self.on_active_set(&d, &surplus, &shortfall);
+        let polished = exact.is_some();
+        match exact {
+            Some(exact) => d = exact,
+            None => self.polish(&mut d, &surplus, &shortfall),
+        }
         for i in 0..n {
             d[i] = d[i].clamp(lower[i], upper[i]);
         }
         let multipliers = surplus.dual.iter().map(|z| z / scale).collect();
-        (last_gap <= USEFUL && d.iter().all(|v| v.is_finite())).then_some(Step { d, multipliers })
+        ((polished || last_gap <= USEFUL) && d.iter().all(|v| v.is_finite())).then_some(Step { d, multipliers })
     }
 }
 
 impl Quadratic<'_> {
+    /// The minimum with the rows and bounds that hold taken for equalities, to round-off; `None` where that is not the
+    /// point the interior-point method came to.
+    fn on_active_set(&self, near: &DVector<f64>, surplus: &Pair, shortfall: &Pair) -> Option<DVector<f64>> {
+        let n = near.len();
+        let short = |i: usize| shortfall.value[i] > shortfall.dual[i];
+        if (0..self.needed.len()).any(short) {
+            return None;
+        }
+        let opposite = |i: usize| i > 0 && self.rows.row(i) == -self.rows.row(i - 1);
+        let held = |i: usize| surplus.value[i] < surplus.dual[i];
+        // the two sides of an equality are one
+        let held: Vec<usize> = (0..self.needed.len()).filter(|&i| held(i) && !(opposite(i) && held(i - 1))).collect();
+        let at_bound = |j: usize| {
+            let room = 1e-7 * (self.upper[j] - self.lower[j]);
+            let ends = [self.lower[j], self.upper[j]];
+            ends.into_iter().find(|end| (near[j] - end).abs() <= room)
+        };
+        let fixed: Vec<(usize, f64)> = (0..n).filter_map(|j| at_bound(j).map(|end| (j, end))).collect();
+        let size = n + held.len() + fixed.len();
+        let (mut matrix, mut side) = (DMatrix::zeros(size, size), DVector::zeros(size));
+        matrix.view_mut((0, 0), (n, n)).copy_from(self.hessian);
+        for j in 0..n {
+            side[j] = -self.gradient[j];
+        }
+        // equations of a size with the curvature, for the pivots
+        let unit = self.hessian.diagonal().amax();
+        let mut equation = |k: usize, row: &[(usize, f64)], value: f64| {
+            for &(j, a) in row {
+                matrix[(n + k, j)] = unit * a;
+                matrix[(j, n + k)] = unit * a;
+            }
+            side[n + k] = unit * value;
+        };
+        for (k, &i) in held.iter().enumerate() {
+            let row: Vec<(usize, f64)> = (0..n).map(|j| (j, self.rows[(i, j)])).collect();
+            equation(k, &row, self.needed[i]);
+        }
+        for (k, &(j, end)) in fixed.iter().enumerate() {
+            equation(held.len() + k, &[(j, 1.0)], end);
+        }
+        let solution = matrix.full_piv_lu().solve(&side)?;
+        let d = solution.rows(0, n).into_owned();
+        let reach = 1e-3 * near.amax() + LARGEST_POLISH;
+        let inside = (0..n).all(|j| d[j] >= self.lower[j] - 1e-12 && d[j] <= self.upper[j] + 1e-12);
+        let met = (&*self.rows * &d).iter().zip(self.needed).all(|(a, b)| a - b >= -1e-12);
+        (inside && met && (&d - near).amax() <= reach).then_some(d)
+    }
+
     /// Brings the rows that hold onto what they need, by the shortest way of the variables that are off their bounds:
     /// the interior-point method leaves them a little beside it.
     fn polish(&self, d: &mut DVector<f64>, surplus: &Pair, shortfall: &Pair) {
