@@ -56,7 +56,9 @@ pub(super) fn flow_analysis(
         let (least, most) = (PANEL_RANGE.start(), PANEL_RANGE.end());
         return Err(document.error(&["flow", "panels"], format!("{chosen} panels; from {least} to {most}")));
     }
-    Ok(Some(FlowAnalysis::new(section, points, chosen, Settings::default())))
+    // constraints on the flow are met to 1e-10
+    let settings = Settings { tolerance: 1e-12, ..Settings::default() };
+    Ok(Some(FlowAnalysis::new(section, points, chosen, settings)))
 }
 
 fn condition(document: &Document, table: &FlowTable) -> Result<Condition, CaseError> {

@@ -189,6 +189,19 @@ impl State {
 
     /// The step of the model at a price, for rows that have `values` now.
     fn solve(&self, bounds: &[Bounds], rows: &DMatrix<f64>, values: &[f64], price: f64) -> Option<Step> {
+        self.solve_for(bounds, rows, values, price, &self.point.evaluation.gradient, &self.model())
+    }
+
+    /// The same for another gradient and curvature.
+    fn solve_for(
+        &self,
+        bounds: &[Bounds],
+        rows: &DMatrix<f64>,
+        values: &[f64],
+        price: f64,
+        gradient: &[f64],
+        hessian: &DMatrix<f64>,
+    ) -> Option<Step> {
         let x = &self.point.x;
         let reach = |k: usize| {
             let (low, high) = ((bounds[k].lower - x[k]).max(-self.radius), (bounds[k].upper - x[k]).min(self.radius));
@@ -198,8 +211,8 @@ impl State {
         let (lower, upper): (Vec<f64>, Vec<f64>) = (0..x.len()).map(reach).unzip();
         let needed: Vec<f64> = values.iter().map(|v| -v).collect();
         Quadratic {
-            gradient: &self.point.evaluation.gradient,
-            hessian: &self.model(),
+            gradient,
+            hessian,
             rows,
             needed: &needed,
             penalties: &vec![price; values.len()],
@@ -308,20 +321,31 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
         }
         // an optimal point that misses the constraints only needs to get onto them
         let optimal = state.point.optimality.residual <= settings.optimality_tolerance;
-        let damping = state.damping;
-        if optimal && state.point.violation < NEARLY_MET {
-            state.damping = damping.max(10.0 * state.curvature.first());
-        }
-        let advanced = advance(ledger, &mut state, &bounds);
-        if optimal {
-            state.damping = damping;
-        }
+        let nearly = optimal && state.point.violation < NEARLY_MET && restore(ledger, &mut state, &bounds);
+        let advanced = if nearly { Some(()) } else { advance(ledger, &mut state, &bounds) };
         match advanced {
             Some(()) => ledger.iteration += 1,
             None if ledger.halted().is_some() => return (Status::Interrupted, String::new()),
             None => return verdict::stuck(ledger, &state.point, settings.missed()),
         }
     }
+}
+
+/// The shortest step onto the constraints; whether it led there.
+fn restore(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> bool {
+    let still = vec![0.0; state.point.x.len()];
+    let identity = DMatrix::identity(still.len(), still.len());
+    let rows = state.row_matrix();
+    let values = state.values();
+    let Some(step) = state.solve_for(bounds, &rows, &values, 1.0, &still, &identity) else { return false };
+    let x = state.moved(bounds, &step);
+    let Ok(evaluation) = ledger.evaluate(&x) else { return false };
+    let next = Point::new(ledger, &x, evaluation);
+    let nearer = next.violation < 0.5 * state.point.violation;
+    if nearer {
+        state.point = next;
+    }
+    nearer
 }
 
 /// Takes one step; `None` where there is none to take.
