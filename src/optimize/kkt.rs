@@ -6,7 +6,7 @@ use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector};
 
 /// Distance from a bound, in scaled variables (to first order for constraints), within which it counts as reached.
-const REACHED: f64 = 1e-6;
+const REACHED: f64 = 1e-4;
 /// Singular values below this share of the largest count as zero.
 const RANK: f64 = 1e-12;
 
@@ -16,7 +16,7 @@ pub(super) struct Optimality {
     /// One for each constraint: the derivative of the optimal objective with respect to the bound that is reached.
     /// Positive at a lower bound, negative at an upper one, of any sign for an equality, 0 elsewhere.
     pub multipliers: Vec<f64>,
-    /// Largest entry of the projected gradient of the Lagrangian.
+    /// Largest entry of the projected gradient of the Lagrangian, or of multiplier times distance from its bound.
     pub residual: f64,
     /// Its Euclidean norm.
     pub norm: f64,
@@ -105,7 +105,13 @@ pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluati
     }
     let (largest, squares) =
         projected_gradient(x, &gradient, bounds).fold((0.0, 0.0), |(l, s): (f64, f64), g| (l.max(g.abs()), s + g * g));
-    Optimality { multipliers, residual: largest, norm: squares.sqrt() }
+    // a constraint that pulls must be at its bound
+    let values = evaluation.constraints.iter().zip(problem.constraint_bounds()).zip(&multipliers);
+    let slack = values
+        .filter(|(_, m)| **m != 0.0)
+        .map(|((value, b), m)| m.abs() * if *m > 0.0 { (value - b.lower).abs() } else { (b.upper - value).abs() });
+    let residual = slack.fold(largest, f64::max);
+    Optimality { multipliers, residual, norm: squares.sqrt() }
 }
 
 /// The gradients of everything reached at `x`, pointing into the feasible region; the first list tells which constraint

@@ -145,7 +145,7 @@ const RENEWED_RADIUS: f64 = 0.1;
 const PRICE: f64 = 1e3;
 
 /// Violation below which an optimal point is brought onto the constraints by the shortest way.
-const NEARLY_MET: f64 = 1e-4;
+const NEARLY_MET: f64 = 3e-3;
 
 /// A run on its way.
 struct State {
@@ -175,6 +175,13 @@ impl State {
         DMatrix::from_fn(self.rows.len(), self.point.x.len(), |i, j| {
             self.rows[i].factor * jacobian[self.rows[i].constraint][j]
         })
+    }
+
+    /// Largest distance of a constraint that holds from its bound.
+    fn slack(&self) -> f64 {
+        let evaluation = &self.point.evaluation;
+        let holding = self.rows.iter().filter(|r| self.point.optimality.multipliers[r.constraint] * r.factor > 0.0);
+        holding.map(|r| (evaluation.constraints[r.constraint] - r.bound).abs()).fold(0.0, f64::max)
     }
 
     /// The curvature with its damping.
@@ -308,7 +315,14 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
     let mut watch = Watch { settings: *settings, best: (f64::INFINITY, f64::INFINITY, f64::INFINITY), gained_at: 0 };
     loop {
         if let Some(verdict) = watch.judge(ledger, &state.point) {
-            return verdict;
+            // the constraints that hold may be off by what their multipliers let pass
+            if verdict.0 == Status::Converged && state.slack() > settings.feasibility_tolerance {
+                settle(ledger, &mut state, &bounds, &mut watch);
+            }
+            return match verdict.0 {
+                Status::Converged => (verdict.0, verdict::converged(ledger, &state.point)),
+                _ => verdict,
+            };
         }
         if settings.sampling > 0 && state.curvature.age >= settings.sampling {
             if !state.curvature.sampled {
@@ -331,6 +345,24 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
     }
 }
 
+/// The shortest step that brings the constraints that hold onto their bounds, if the point stays optimal there.
+fn settle(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], watch: &mut Watch) {
+    let before = (state.point.clone(), state.rows.clone());
+    let both = |row: &Row| {
+        let holds = state.point.optimality.multipliers[row.constraint] * row.factor > 0.0;
+        let other = holds.then_some(Row { factor: -row.factor, ..*row });
+        std::iter::once(*row).chain(other)
+    };
+    state.rows = state.rows.iter().flat_map(both).collect();
+    let settled =
+        restore(ledger, state, bounds) && watch.judge(ledger, &state.point).is_some_and(|v| v.0 == Status::Converged);
+    state.rows = before.1;
+    if !settled {
+        state.point = before.0;
+        ledger.settle_on(&state.point.x, &state.point.evaluation);
+    }
+}
+
 /// The shortest step onto the constraints; whether it led there.
 fn restore(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> bool {
     let still = vec![0.0; state.point.x.len()];
@@ -341,7 +373,7 @@ fn restore(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> boo
     let x = state.moved(bounds, &step);
     let Ok(evaluation) = ledger.evaluate(&x) else { return false };
     let next = Point::new(ledger, &x, evaluation);
-    let nearer = next.violation < 0.5 * state.point.violation;
+    let nearer = next.violation < 0.5 * state.point.violation || next.violation <= 1e-12;
     if nearer {
         state.point = next;
     }
