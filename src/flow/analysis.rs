@@ -165,7 +165,7 @@ pub(super) struct Case<'a> {
 
 impl Case<'_> {
     /// Arc lengths of the trips, from x by the spline of the nodes.
-    fn trip_arcs(&self) -> [Option<f64>; 2] {
+    pub fn trip_arcs(&self) -> [Option<f64>; 2] {
         let section = &self.section.response;
         let x: Vec<f64> = section.panels.outline.nodes.iter().map(|p| p[0]).collect();
         let nose = (0..x.len()).min_by(|&a, &b| x[a].total_cmp(&x[b])).unwrap_or(0) as f64;
@@ -211,10 +211,7 @@ impl Case<'_> {
             return (direct, attempts);
         }
         attempts.push(Attempt::of("march", &direct));
-        let mut ladder = Ladder { case: self, attempts };
-        match ladder.climb(flow) {
-            Some(end) => (end, ladder.attempts),
-            None => (direct, ladder.attempts),
-        }
+        let (found, attempts) = Ladder::new(self, flow, attempts).climb();
+        (found.unwrap_or(direct), attempts)
     }
 }

@@ -1,6 +1,7 @@
-//! Ways to a converged flow where the direct one fails, easiest first.
+//! Ways to a converged flow where the direct one fails, cheapest first.
 
 use super::analysis::Case;
+use super::continuation::Place;
 use super::coupled::layout::Layout;
 use super::coupled::newton::{self, Converged};
 use super::coupled::project::Keep;
@@ -10,173 +11,149 @@ use super::coupled::transport::resample;
 use super::coupled::unknowns::Unknowns;
 use super::solution::Attempt;
 
-/// Newton iterations after which the search ends.
-const BUDGET: usize = 400;
+/// Work after which the search ends, in Newton iterations with all stations.
+const BUDGET: f64 = 800.0;
 /// Iterations of one attempt.
 const PROJECTED: usize = 40;
 const DIRECT: usize = 25;
 /// Laminar stations of the coarser and finer layouts tried, over those wanted.
-const LAYOUTS: [f64; 3] = [0.6, 1.5, 0.35];
+const LAYOUTS: [f64; 4] = [0.6, 1.5, 0.45, 0.8];
+/// Stations on the way along a continuation, over those wanted.
+const FEWER: f64 = 0.6;
 /// Neighbouring angles of attack tried, in degrees from the one wanted.
 const ANGLES: [f64; 6] = [-1.0, 1.0, -2.0, 2.0, -4.0, 4.0];
-/// Smallest step of the angle of attack, in degrees.
-const SMALLEST_STEP: f64 = 0.12;
+const ANGLES_WITH_TRIPS: [f64; 4] = [-2.0, 2.0, -5.0, 5.0];
+/// Reynolds numbers from which to start, over that wanted.
+const THINNER: [f64; 2] = [3.0, 8.0];
+/// Temporary trips from which to start, over the lengths of the sides.
+const EARLY_TRIP: f64 = 0.02;
 
 /// The search for one operating point.
 pub(super) struct Ladder<'a> {
-    pub case: &'a Case<'a>,
-    pub attempts: Vec<Attempt>,
+    pub(super) case: &'a Case<'a>,
+    pub(super) flow: &'a FlowResponse,
+    pub(super) stagnation: f64,
+    attempts: Vec<Attempt>,
+    work: f64,
 }
 
-impl Ladder<'_> {
-    fn spent(&self) -> usize {
-        self.attempts.iter().map(|a| a.iterations).sum()
+impl<'a> Ladder<'a> {
+    /// For a flow of which `attempts` have been made.
+    pub fn new(case: &'a Case<'a>, flow: &'a FlowResponse, attempts: Vec<Attempt>) -> Self {
+        let stagnation = case.system(flow, &case.condition, &case.layout).start().stagnation;
+        Self { case, flow, stagnation, attempts, work: 0.0 }
     }
 
-    fn note(&mut self, what: &str, end: &Converged) {
+    /// Tries everything; `None` where nothing converged. With it what was tried.
+    pub fn climb(mut self) -> (Option<Converged>, Vec<Attempt>) {
+        let found = self
+            .other_layouts()
+            .or_else(|| self.neighbouring_angles(FEWER))
+            .or_else(|| self.temporary_trips(FEWER))
+            .or_else(|| self.higher_reynolds(FEWER))
+            .or_else(|| self.angles_with_trips(FEWER))
+            .or_else(|| self.temporary_trips(1.0))
+            .or_else(|| self.neighbouring_angles(1.0));
+        (found, self.attempts)
+    }
+
+    pub(super) fn exhausted(&self) -> bool {
+        self.work > BUDGET
+    }
+
+    pub(super) fn work(&self) -> f64 {
+        self.work
+    }
+
+    pub(super) fn note(&mut self, what: &str, end: &Converged) {
         self.attempts.push(Attempt::of(what, end));
+        let share = end.unknowns.stations.len() as f64 / (2 * self.case.layout.side() + self.case.layout.wake) as f64;
+        self.work += (end.iterations + 1) as f64 * share * share;
     }
 
-    /// Tries everything; `None` where nothing converged.
-    pub fn climb(&mut self, flow: &FlowResponse) -> Option<Converged> {
-        let system = self.case.system(flow, &self.case.condition, &self.case.layout);
-        self.projected(&system, Keep::Nearest)
-            .or_else(|| self.other_layouts(flow))
-            .or_else(|| self.neighbouring_angles(flow))
-            .or_else(|| self.late(&system))
-            .or_else(|| self.projected(&system, Keep::Mass))
-    }
-
-    fn exhausted(&self) -> bool {
-        self.spent() > BUDGET
-    }
-
-    fn projected(&mut self, system: &System, keep: Keep) -> Option<Converged> {
-        if self.exhausted() {
-            return None;
-        }
-        let start = system.march(&system.start());
-        let end = newton::solve_projected(system, start, keep, self.case.settings.tolerance, PROJECTED);
-        if end.converged {
-            return Some(end);
-        }
-        let what = match keep {
-            Keep::Mass => "march after each step, defects kept",
-            Keep::Nearest => "march after each step, speeds kept",
-        };
-        self.note(what, &end);
-        None
-    }
-
-    /// Starts laminar as far as possible and lets transition come upstream.
-    fn late(&mut self, system: &System) -> Option<Converged> {
-        for late in [[false, true], [true, false], [true, true]] {
-            if self.exhausted() {
-                break;
-            }
-            let start = system.march_with(&system.start(), late);
-            let end = newton::solve_projected(system, start, Keep::Nearest, self.case.settings.tolerance, PROJECTED);
-            if end.converged {
-                return Some(end);
-            }
-            self.note("late transition", &end);
-        }
-        None
-    }
-
-    /// The two quick ways, from a march.
-    fn quick(&mut self, system: &System, tolerance: f64, what: &str) -> Option<Converged> {
-        let start = system.march(&system.start());
+    /// The two quick ways: directly, and with a march after each step.
+    pub(super) fn quick(&mut self, system: &System, start: Unknowns, tolerance: f64, what: &str) -> Option<Converged> {
         let end = newton::solve(system, start.clone(), tolerance, DIRECT);
+        self.note(what, &end);
         if end.converged {
             return Some(end);
         }
-        self.note(what, &end);
         let end = newton::solve_projected(system, start, Keep::Nearest, tolerance, PROJECTED);
-        self.note(what, &end);
+        self.note(&format!("{what}, a march after each step"), &end);
         end.converged.then_some(end)
     }
 
     /// Solves with other numbers of stations and takes that as a start.
-    fn other_layouts(&mut self, flow: &FlowResponse) -> Option<Converged> {
-        let settings = &self.case.settings;
-        for share in LAYOUTS {
-            let laminar = ((settings.laminar_stations as f64 * share) as usize).max(15);
-            let layout = Layout::new(laminar, settings.turbulent_stations, self.case.layout.wake);
-            let system = self.case.system(flow, &self.case.condition, &layout);
+    fn other_layouts(&mut self) -> Option<Converged> {
+        LAYOUTS.into_iter().find_map(|share| {
+            let wanted = &self.case.layout;
+            let laminar = ((wanted.laminar.len() as f64 * share) as usize).max(15);
+            let layout = Layout::new(laminar, wanted.turbulent.len(), wanted.wake);
+            let case = self.case;
+            let system = case.system(self.flow, &case.condition, &layout);
             let what = format!("{laminar} laminar stations");
-            if let Some(end) = self.quick(&system, 1e-5, &what) {
-                let start = resample(&layout, &self.case.layout, &end.unknowns, system.section.map.total);
-                let system = self.case.system(flow, &self.case.condition, &self.case.layout);
-                if let Some(end) = self.finish(&system, start, &what) {
-                    return Some(end);
-                }
-            }
-            if self.exhausted() {
-                break;
-            }
-        }
-        None
+            let end = self.quick(&system, system.march(&system.start()), 1e-5, &what)?;
+            self.land(&layout, &end.unknowns, &what)
+        })
     }
 
-    /// From a start that is close.
-    fn finish(&mut self, system: &System, start: Unknowns, what: &str) -> Option<Converged> {
-        let tolerance = self.case.settings.tolerance;
-        let end = newton::solve(system, start.clone(), tolerance, DIRECT);
-        if end.converged {
-            return Some(end);
-        }
-        self.note(&format!("from {what}"), &end);
-        let end = newton::solve_projected(system, start, Keep::Nearest, tolerance, PROJECTED);
-        if end.converged {
-            return Some(end);
-        }
-        self.note(&format!("from {what}"), &end);
-        None
+    /// From a solution on another layout to the one wanted.
+    fn land(&mut self, layout: &Layout, from: &Unknowns, what: &str) -> Option<Converged> {
+        let case = self.case;
+        let start = resample(layout, &case.layout, from, case.section.response.map.total);
+        let system = case.system(self.flow, &case.condition, &case.layout);
+        self.quick(&system, start, case.settings.tolerance, &format!("from {what}"))
+    }
+
+    fn fewer(&self, share: f64) -> Layout {
+        let Layout { laminar, turbulent, wake } = &self.case.layout;
+        let fewer = |stations: &[f64]| ((stations.len() as f64 * share).round() as usize).max(12);
+        Layout::new(fewer(laminar), fewer(turbulent), *wake)
     }
 
     /// Solves at a neighbouring angle of attack and goes from there in steps.
-    fn neighbouring_angles(&mut self, flow: &FlowResponse) -> Option<Converged> {
-        for offset in ANGLES {
-            if self.exhausted() {
-                break;
-            }
-            let there = FlowResponse::new(&self.case.section.response, flow.alpha + offset.to_radians());
-            let system = self.case.system(&there, &self.case.condition, &self.case.layout);
+    fn neighbouring_angles(&mut self, share: f64) -> Option<Converged> {
+        let layout = self.fewer(share);
+        ANGLES.into_iter().find_map(|offset| {
             let what = format!("{offset:+} degrees");
-            if let Some(end) = self.quick(&system, 1e-5, &what)
-                && let Some(end) = self.walk(flow, offset, end.unknowns)
-            {
-                return Some(end);
-            }
-            if self.exhausted() {
-                break;
-            }
-        }
-        None
+            let end =
+                self.travel(&layout, &what, None, |t| Place { turned: (1.0 - t) * offset, ..Place::default() })?;
+            self.land(&layout, &end, &what)
+        })
     }
 
-    fn walk(&mut self, flow: &FlowResponse, mut offset: f64, mut from: Unknowns) -> Option<Converged> {
-        let mut step = offset.abs().min(1.0);
-        while !self.exhausted() {
-            let next = if offset.abs() <= step { 0.0 } else { offset - step * offset.signum() };
-            let there = FlowResponse::new(&self.case.section.response, flow.alpha + next.to_radians());
-            let system = self.case.system(&there, &self.case.condition, &self.case.layout);
-            let tolerance = if next == 0.0 { self.case.settings.tolerance } else { 1e-5 };
-            let end = newton::solve(&system, from.clone(), tolerance, DIRECT);
-            if end.converged {
-                if next == 0.0 {
-                    return Some(end);
-                }
-                (offset, from) = (next, end.unknowns);
-                continue;
-            }
-            self.note(&format!("{next:+.2} degrees from {offset:+.2}"), &end);
-            step *= 0.5;
-            if step < SMALLEST_STEP {
-                return None;
-            }
-        }
-        None
+    /// Solves with trips close to the nose and moves them downstream in steps.
+    fn temporary_trips(&mut self, share: f64) -> Option<Converged> {
+        let layout = self.fewer(share);
+        self.trips_moved(&layout, None)
+    }
+
+    fn trips_moved(&mut self, layout: &Layout, from: Option<Unknowns>) -> Option<Converged> {
+        let what = format!("trips at {EARLY_TRIP} of the sides");
+        let end =
+            self.travel(layout, &what, from, |t| Place { trips: EARLY_TRIP.powf(1.0 - t), ..Place::default() })?;
+        self.land(layout, &end, &what)
+    }
+
+    /// The same, with the trips at a neighbouring angle of attack first.
+    fn angles_with_trips(&mut self, share: f64) -> Option<Converged> {
+        let layout = self.fewer(share);
+        ANGLES_WITH_TRIPS.into_iter().find_map(|offset| {
+            let what = format!("trips at {EARLY_TRIP} of the sides, {offset:+} degrees");
+            let place = |t: f64| Place { turned: (1.0 - t) * offset, trips: EARLY_TRIP, ..Place::default() };
+            let turned = self.travel(&layout, &what, None, place)?;
+            self.trips_moved(&layout, Some(turned))
+        })
+    }
+
+    /// Solves with a thinner layer, at a higher Reynolds number, and lets it thicken in steps.
+    fn higher_reynolds(&mut self, share: f64) -> Option<Converged> {
+        let layout = self.fewer(share);
+        THINNER.into_iter().find_map(|thinner| {
+            let what = format!("Reynolds number times {thinner}");
+            let place = |t: f64| Place { reynolds: f64::powf(thinner, 1.0 - t), ..Place::default() };
+            let end = self.travel(&layout, &what, None, place)?;
+            self.land(&layout, &end, &what)
+        })
     }
 }

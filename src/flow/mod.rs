@@ -33,6 +33,7 @@
 mod analysis;
 pub(crate) mod boundary_layer;
 mod condition;
+mod continuation;
 pub(crate) mod coupled;
 mod error;
 mod ladder;

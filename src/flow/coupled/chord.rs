@@ -16,7 +16,7 @@ const CONTRACTION: f64 = 0.3;
 const STEPS: usize = 8;
 
 /// Residuals of all equations at some unknowns.
-struct Evaluated {
+pub(super) struct Evaluated {
     blocks: Vec<[f64; 3]>,
     speed: Vec<f64>,
     transition: [f64; 2],
@@ -24,7 +24,7 @@ struct Evaluated {
 }
 
 impl Evaluated {
-    fn new(system: &System, unknowns: &Unknowns) -> Self {
+    pub fn new(system: &System, unknowns: &Unknowns) -> Self {
         let layer = system.layer();
         let numbering = layer.numbering;
         let positions = Positions::<f64>::new(system.layout, system.section, unknowns);
@@ -41,7 +41,7 @@ impl Evaluated {
         self.blocks.as_flattened().iter().chain(&self.speed).copied().chain(ends)
     }
 
-    fn norm(&self) -> f64 {
+    pub fn norm(&self) -> f64 {
         self.all().map(|r| r * r).sum::<f64>().sqrt()
     }
 
@@ -49,7 +49,7 @@ impl Evaluated {
         self.all().fold(0.0, |worst: f64, r| worst.max(r.abs()))
     }
 
-    fn residuals(&self) -> Residuals<'_> {
+    pub fn residuals(&self) -> Residuals<'_> {
         let Self { blocks, speed, transition, stagnation } = self;
         Residuals { blocks, speed, transition: *transition, stagnation: *stagnation }
     }

@@ -1,6 +1,6 @@
 //! Newton's method on the coupled system, with step limits.
 
-use super::chord;
+use super::chord::{self, Evaluated};
 use super::duals::gradient;
 use super::project::Keep;
 use super::system::{Change, Linearised, Reduced, System};
@@ -23,6 +23,12 @@ const PATIENCE: usize = 12;
 
 /// A residual below this that no longer falls is round-off: the flow is converged.
 const ROUND_OFF: f64 = 1e-8;
+
+/// Growth of the norm of the residuals that a step may bring, and the norm below which it may grow at will.
+const GROWTH: f64 = 1.3;
+const SMALL: f64 = 0.3;
+/// Lengths of one step tried.
+const SHORTER: usize = 4;
 
 /// Largest changes of one step.
 const LOG_THETA: f64 = 0.4;
@@ -67,7 +73,7 @@ fn length(system: &System, unknowns: &Unknowns, side: Side) -> f64 {
     }
 }
 
-fn moved(system: &System, profiles: &Profiles, unknowns: &Unknowns, change: &Change, factor: f64) -> Unknowns {
+fn moved(system: &System, unknowns: &Unknowns, change: &Change, factor: f64) -> Unknowns {
     let mut next = unknowns.clone();
     for (state, [theta, shape, third, speed]) in next.stations.iter_mut().zip(&change.stations) {
         state.log_theta += factor * theta;
@@ -82,12 +88,71 @@ fn moved(system: &System, profiles: &Profiles, unknowns: &Unknowns, change: &Cha
         let x = &mut next.transition[side.index()];
         *x = (*x + factor * change.globals[1 + side.index()]).clamp(1e-3 * length, (1.0 - 1e-5) * length);
     }
-    profiles.carry(system.layout, &mut next, total);
     next
+}
+
+/// Length of a change, every unknown measured by the largest change of one step.
+fn size(system: &System, at: &Linearised, unknowns: &Unknowns, change: &Change) -> f64 {
+    let mut sum = 0.0;
+    for (k, [theta, shape, third, speed]) in change.stations.iter().enumerate() {
+        let third = third / if at.numbering.regime(k) == Regime::Laminar { AMPLIFICATION } else { LOG_STRESS };
+        sum += (theta / LOG_THETA).powi(2) + (shape / LOG_SHAPE).powi(2) + third * third + (speed / LOG_SPEED).powi(2);
+    }
+    let count = 4.0 * change.stations.len() as f64;
+    let mut globals = (change.globals[0] / 0.02).powi(2);
+    for side in Side::BOTH {
+        globals += (change.globals[1 + side.index()] / room(system, unknowns, side, change)).powi(2);
+    }
+    (sum / count + globals).sqrt()
+}
+
+/// The step shortened until what it leaves to do, by the same Jacobian, is no more than there was (natural monotonicity;
+/// Deuflhard, "Newton Methods for Nonlinear Problems", 2004, section 3.3), and the residuals have not grown much.
+///
+/// Each length is tried with the layer staying where it is when the stations move, and with the layer moving along:
+/// the one suits long moves of transition, the other what is sharp and close to it.
+fn limited(
+    system: &System,
+    reduced: &Reduced,
+    at: &Linearised,
+    profiles: &Profiles,
+    unknowns: &Unknowns,
+    change: &Change,
+    mut factor: f64,
+) -> Unknowns {
+    let wanted = size(system, at, unknowns, change);
+    let bound = (GROWTH * at.norm()).max(SMALL);
+    let good = |next: &Unknowns| {
+        let there = Evaluated::new(system, next);
+        there.norm() <= bound && size(system, at, unknowns, &reduced.solve(&there.residuals())) <= wanted
+    };
+    for _ in 0..SHORTER {
+        let moving = moved(system, unknowns, change, factor);
+        let staying = profiles.carried(system.layout, &moving, system.section.map.total);
+        if good(&staying) {
+            return staying;
+        }
+        if good(&moving) {
+            return moving;
+        }
+        factor *= 0.3;
+    }
+    moved(system, unknowns, change, factor)
 }
 
 /// Iterates from `start` until the largest residual is below `tolerance`.
 pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usize) -> Converged {
+    solve_patiently(system, start, tolerance, limit, PATIENCE)
+}
+
+/// The same; gives up after `patience` iterations without progress.
+pub(crate) fn solve_patiently(
+    system: &System,
+    start: Unknowns,
+    tolerance: f64,
+    limit: usize,
+    patience: usize,
+) -> Converged {
     let mut unknowns = start;
     let mut at = system.linearise(&unknowns);
     let mut residual = at.residual();
@@ -100,38 +165,33 @@ pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usi
             let converged = residual <= ROUND_OFF.min(100.0 * tolerance);
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged };
         }
-        let reduced = Reduced::new(&at);
-        let Some(change) = reduced.as_ref().map(Reduced::step).filter(Change::is_finite) else {
+        let Some(reduced) = Reduced::new(&at) else {
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged: false };
         };
+        let change = reduced.step();
+        if !change.is_finite() {
+            drop(reduced);
+            return Converged { unknowns, linearised: at, residual, iterations: iteration, converged: false };
+        }
         let norm = at.norm();
         if norm < 0.9 * best.0 {
             best = (norm, iteration);
         }
-        if iteration > best.1 + PATIENCE || (norm < ROUND_OFF && norm > 0.5 * best.0 && iteration > best.1) {
+        if iteration > best.1 + patience || (norm < ROUND_OFF && norm > 0.5 * best.0 && iteration > best.1) {
             let converged = residual <= ROUND_OFF.min(100.0 * tolerance);
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged };
         }
         let profiles = Profiles::new(system.layout, &unknowns, system.section.map.total);
-        let mut factor = admissible(system, &at, &profiles, &unknowns, &change);
-        let kept = reduced.filter(|_| factor == 1.0);
-        if let Some(next) = kept.and_then(|r| chord::follow(system, &r, &unknowns, &change, norm, tolerance)) {
+        let factor = admissible(system, &at, &profiles, &unknowns, &change);
+        let next =
+            if factor == 1.0 { chord::follow(system, &reduced, &unknowns, &change, norm, tolerance) } else { None };
+        if let Some(next) = next {
             at = system.linearise(&next);
             (unknowns, residual) = (next, at.residual());
             continue;
         }
-        let mut halvings = 0;
-        loop {
-            let candidate = moved(system, &profiles, &unknowns, &change, factor);
-            let next = system.linearise(&candidate);
-            let grown = next.norm();
-            if halvings == 8 || grown <= 1.3 * norm {
-                (unknowns, at) = (candidate, next);
-                break;
-            }
-            factor *= 0.5;
-            halvings += 1;
-        }
+        unknowns = limited(system, &reduced, &at, &profiles, &unknowns, &change, factor);
+        at = system.linearise(&unknowns);
         residual = at.residual();
     }
     Converged { unknowns, linearised: at, residual, iterations: limit, converged: false }
@@ -160,7 +220,15 @@ pub(crate) fn solve_projected(system: &System, start: Unknowns, keep: Keep, tole
         (unknowns, _) = match keep {
             Keep::Nearest => {
                 let factor = admissible(system, &at, &profiles, &unknowns, &change);
-                system.project(&moved(system, &profiles, &unknowns, &change, factor), keep, &[])
+                system.project(
+                    &profiles.carried(
+                        system.layout,
+                        &moved(system, &unknowns, &change, factor),
+                        system.section.map.total,
+                    ),
+                    keep,
+                    &[],
+                )
             }
             Keep::Mass => defect_step(system, &at, &profiles, &unknowns, change),
         };
@@ -204,8 +272,11 @@ fn defect_step(
     let mut best = None;
     for _ in 0..5 {
         let log_mass: Vec<f64> = at.mass.iter().zip(&steps).map(|(m, step)| m.ln() + factor * step).collect();
-        let (next, failures) =
-            system.project(&moved(system, profiles, unknowns, &change, factor), Keep::Mass, &log_mass);
+        let (next, failures) = system.project(
+            &profiles.carried(system.layout, &moved(system, unknowns, &change, factor), system.section.map.total),
+            Keep::Mass,
+            &log_mass,
+        );
         if failures == 0 {
             return (next, 0);
         }

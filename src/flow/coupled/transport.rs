@@ -117,6 +117,13 @@ impl Profiles {
         }
     }
 
+    /// `next`, whose states have made Newton's step, with what the move of the stations adds beyond first order.
+    pub fn carried(&self, layout: &Layout, next: &Unknowns, total: f64) -> Unknowns {
+        let mut next = next.clone();
+        self.carry(layout, &mut next, total);
+        next
+    }
+
     /// Adds to `next`, whose states have made their Newton step, what the move of the stations adds beyond first order.
     pub fn carry(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
         let log_x = logs(layout, next, total);
