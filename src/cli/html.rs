@@ -30,7 +30,7 @@ fn escaped(text: &str) -> String {
 
 fn number(value: &Value) -> String {
     match value.as_f64() {
-        Some(v) if v == 0.0 => "0".into(),
+        Some(0.0) => "0".into(),
         Some(v) => format!("{v:.7e}"),
         None => "–".into(),
     }
@@ -96,7 +96,7 @@ impl Page<'_> {
         let variables = result["variables"].as_object().into_iter().flatten();
         let rows: Vec<Vec<String>> = variables.map(|(name, v)| vec![name.clone(), number(v)]).collect();
         table(&mut text, "Design variables", &["variable".into(), "at the end".into()], &rows);
-        let _ = write!(text, "<h2>Case file</h2><pre>{}</pre></body></html>\n", escaped(self.case));
+        let _ = writeln!(text, "<h2>Case file</h2><pre>{}</pre></body></html>", escaped(self.case));
         text
     }
 

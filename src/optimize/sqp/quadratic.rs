@@ -227,7 +227,7 @@ impl Quadratic<'_> {
         let d = solution.rows(0, n).into_owned();
         let reach = 1e-3 * near.amax() + LARGEST_POLISH;
         let inside = (0..n).all(|j| d[j] >= self.lower[j] - 1e-12 && d[j] <= self.upper[j] + 1e-12);
-        let met = (&*self.rows * &d).iter().zip(self.needed).all(|(a, b)| a - b >= -1e-12);
+        let met = (self.rows * &d).iter().zip(self.needed).all(|(a, b)| a - b >= -1e-12);
         (inside && met && (&d - near).amax() <= reach).then_some(d)
     }
 
