@@ -5,7 +5,7 @@ use crate::flow::boundary_layer::closure::{larger, smaller};
 use crate::scalar::Scalar;
 
 /// Rounding of the complementarity condition.
-const ROUNDING: f64 = 1e-2;
+const ROUNDING: f64 = 1e-3;
 /// A free layer turns turbulent at the latest this fraction of the side's length ahead of the trailing edge.
 pub(crate) const TURBULENT_REST: f64 = 0.008;
 /// A trip acts at the earliest at this fraction of the side's length.
