@@ -18,11 +18,11 @@ const LONGER: f64 = 1.5;
 const SHORTER: f64 = 0.4;
 /// Shares of the rest of the way to try at once where the branch of solutions ends.
 const JUMPS: [f64; 3] = [0.2, 0.5, 1.0];
-/// Work after which a continuation is given up.
-const WORK: f64 = 150.0;
+/// Iterations after which a continuation is given up.
+const WORK: f64 = 250.0;
 /// Iterations of one step, and those without progress.
 const ITERATIONS: usize = 25;
-const PATIENCE: usize = 7;
+const PATIENCE: usize = 8;
 /// On the way there.
 const TOLERANCE: f64 = 1e-5;
 
@@ -56,7 +56,7 @@ impl Ladder<'_> {
         if self.exhausted() {
             return None;
         }
-        let limit = self.work() + WORK;
+        let limit = self.work() + WORK * self.effort(2 * layout.side() + layout.wake);
         let mut from = match from {
             Some(from) => from,
             None => self.at(path(0.0), layout, what, None)?.unknowns,

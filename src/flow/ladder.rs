@@ -12,16 +12,17 @@ use super::coupled::unknowns::Unknowns;
 use super::solution::Attempt;
 
 /// Work after which the search ends, in Newton iterations with all stations.
-const BUDGET: f64 = 800.0;
+const BUDGET: f64 = 1200.0;
 /// Iterations of one attempt.
-const PROJECTED: usize = 40;
+const PROJECTED: usize = 18;
 const DIRECT: usize = 25;
 /// Laminar stations of the coarser and finer layouts tried, over those wanted.
-const LAYOUTS: [f64; 4] = [0.6, 1.5, 0.45, 0.8];
+const LAYOUTS: [f64; 4] = [0.6, 0.8, 0.45, 1.25];
 /// Stations on the way along a continuation, over those wanted.
 const FEWER: f64 = 0.6;
 /// Neighbouring angles of attack tried, in degrees from the one wanted.
-const ANGLES: [f64; 6] = [-1.0, 1.0, -2.0, 2.0, -4.0, 4.0];
+const NEAR: [f64; 4] = [-1.0, 1.0, -2.0, 2.0];
+const FAR: [f64; 2] = [-4.0, 4.0];
 const ANGLES_WITH_TRIPS: [f64; 4] = [-2.0, 2.0, -5.0, 5.0];
 /// Reynolds numbers from which to start, over that wanted.
 const THINNER: [f64; 2] = [3.0, 8.0];
@@ -48,12 +49,13 @@ impl<'a> Ladder<'a> {
     pub fn climb(mut self) -> (Option<Converged>, Vec<Attempt>) {
         let found = self
             .other_layouts()
-            .or_else(|| self.neighbouring_angles(FEWER))
+            .or_else(|| self.neighbouring_angles(FEWER, &NEAR))
             .or_else(|| self.temporary_trips(FEWER))
+            .or_else(|| self.temporary_trips(1.0))
             .or_else(|| self.higher_reynolds(FEWER))
             .or_else(|| self.angles_with_trips(FEWER))
-            .or_else(|| self.temporary_trips(1.0))
-            .or_else(|| self.neighbouring_angles(1.0));
+            .or_else(|| self.neighbouring_angles(FEWER, &FAR))
+            .or_else(|| self.neighbouring_angles(1.0, &NEAR));
         (found, self.attempts)
     }
 
@@ -67,8 +69,13 @@ impl<'a> Ladder<'a> {
 
     pub(super) fn note(&mut self, what: &str, end: &Converged) {
         self.attempts.push(Attempt::of(what, end));
-        let share = end.unknowns.stations.len() as f64 / (2 * self.case.layout.side() + self.case.layout.wake) as f64;
-        self.work += (end.iterations + 1) as f64 * share * share;
+        self.work += (end.iterations + 1) as f64 * self.effort(end.unknowns.stations.len());
+    }
+
+    /// Work of an iteration with so many stations, over that with those wanted.
+    pub(super) fn effort(&self, stations: usize) -> f64 {
+        let Layout { wake, .. } = self.case.layout;
+        (stations as f64 / (2 * self.case.layout.side() + wake) as f64).powi(2)
     }
 
     /// The two quick ways: directly, and with a march after each step.
@@ -112,9 +119,9 @@ impl<'a> Ladder<'a> {
     }
 
     /// Solves at a neighbouring angle of attack and goes from there in steps.
-    fn neighbouring_angles(&mut self, share: f64) -> Option<Converged> {
+    fn neighbouring_angles(&mut self, share: f64, angles: &[f64]) -> Option<Converged> {
         let layout = self.fewer(share);
-        ANGLES.into_iter().find_map(|offset| {
+        angles.iter().find_map(|offset| {
             let what = format!("{offset:+} degrees");
             let end =
                 self.travel(&layout, &what, None, |t| Place { turned: (1.0 - t) * offset, ..Place::default() })?;
