@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 fn l2_match(c: &mut Criterion) {
     let mut group = c.benchmark_group("l2_match");
     group.sample_size(20);
-    for name in Method::NAMES {
+    for name in ["lbfgs", "newton"] {
         let case = cases::open(4, name);
         let method = Method::from_name(name).expect("a name of the list");
         group.bench_function(name, |b| {

@@ -33,7 +33,11 @@ proptest! {
     fn mutated_cases_are_cases_or_errors(text in mutated()) {
         match Case::parse("fuzz.toml", &text, Path::new("")) {
             Ok(case) => {
-                let values = case.problem.quantities_at(&case.problem.start_values()).unwrap();
+                // a start without a flow is left for the run to tell
+                let values = match case.problem.quantities_at(&case.problem.start_values()) {
+                    Err(aeroform::design::DesignError::FlowStatus { .. }) => return Ok(()),
+                    values => values.unwrap(),
+                };
                 prop_assert!(values.iter().all(|v| v.is_finite()));
             }
             Err(error) => prop_assert!(error.to_string().starts_with("fuzz.toml")),

@@ -3,6 +3,7 @@
 //! Every table names the source of its expected values. Exit status 0: all rows hold; 1: some do not; 2: bad usage.
 
 mod differences;
+mod drag;
 mod embedding;
 mod exact;
 mod flow;
@@ -45,6 +46,8 @@ enum Topic {
     Differences,
     /// Flow: exact solutions, other codes, gradients, smoothness; with --database convergence over many sections
     Flow,
+    /// Constrained drag minimisation: the paper's cases, finite-difference gradients in the same optimiser
+    Drag,
 }
 
 /// What went wrong in a topic that could not be carried through.
@@ -60,6 +63,7 @@ impl Topic {
             Self::Folding => folding::sheets(quick),
             Self::Differences => differences::sheets(quick),
             Self::Flow => Ok(flow::sheets(&arguments.flow, quick)),
+            Self::Drag => drag::sheets(quick),
         }
     }
 }

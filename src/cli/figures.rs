@@ -95,6 +95,29 @@ pub(super) fn pressure(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> 
     })
 }
 
+/// Pressure at one operating point before and after a design run; either may be missing.
+pub(super) fn pressure_change(
+    before: Option<(&[[f64; 2]], &Solution)>,
+    after: Option<(&[[f64; 2]], &Solution)>,
+    title: &str,
+) -> Result<String, FigureError> {
+    let line = |name: &str, flow: Option<(&[[f64; 2]], &Solution)>, stroke: Stroke| {
+        let (nodes, solution) = flow?;
+        let cp = solution.distributions().cp;
+        Some(series(name, nodes.iter().zip(&cp).map(|(n, cp)| [n[0], *cp]).collect(), stroke))
+    };
+    let lines = [line("start", before, Stroke::INITIAL), line("end", after, Stroke::SECTION)];
+    line_figure(&LineFigure {
+        title: title.to_string(),
+        x_label: "x/c".into(),
+        y_label: "Cp".into(),
+        series: lines.into_iter().flatten().collect(),
+        inverted_y: true,
+        log_y: false,
+        annotations: Vec::new(),
+    })
+}
+
 /// Pressure without boundary layer.
 pub(super) fn inviscid_pressure(
     nodes: &[[f64; 2]],

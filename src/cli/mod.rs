@@ -10,6 +10,7 @@ mod evaluate;
 mod failure;
 mod figures;
 mod gradients;
+mod html;
 mod operating_point;
 mod polar;
 mod run;

@@ -1,8 +1,10 @@
 //! `aeroform run`: runs a design case and writes its results.
 
+use super::html::Page;
 use super::{Failure, design_vector, figures, print, print_json};
 use crate::cad;
-use crate::design::{Bounds, Case, DesignProblem, OptimizerSettings, Problem};
+use crate::design::{Bounds, Case, DesignProblem, FlowTiming, OptimizerSettings, Problem, Shape};
+use crate::differentiate::{StepRange, finite_difference_jacobian};
 use crate::optimize::{
     Checkpoint, CheckpointError, History, Journal, Journaled, Method, Optimizer, Outcome, Progress, Status,
 };
@@ -28,7 +30,7 @@ pub(super) struct RunArguments {
     /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit
     #[arg(long)]
     resume: bool,
-    /// Optimiser instead of the case's: lbfgs or newton
+    /// Optimiser instead of the case's: lbfgs, newton or slsqp
     #[arg(long)]
     method: Option<String>,
     /// Print one JSON object (the content of result.json)
@@ -69,7 +71,8 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         );
     }
     problem.save().map_err(|e| Failure::Computation(e.to_string()))?;
-    finish(arguments, &mut case, &outcome, &history, &directory)
+    let timing = problem.into_parts().0.flow_timing();
+    finish(arguments, &mut case, &outcome, &history, &directory, timing)
 }
 
 /// The optimiser a case asks for.
@@ -85,6 +88,14 @@ fn method(settings: &OptimizerSettings) -> Result<Method, Failure> {
         Method::Newton(newton) => {
             newton.objective_tolerance = settings.tolerance.unwrap_or(newton.objective_tolerance);
         }
+        Method::Sqp(sqp) => {
+            sqp.optimality_tolerance = settings.tolerance.unwrap_or(sqp.optimality_tolerance);
+            sqp.feasibility_tolerance = settings.feasibility.unwrap_or(sqp.feasibility_tolerance);
+        }
+        Method::Slsqp(slsqp) => {
+            slsqp.optimality_tolerance = settings.tolerance.unwrap_or(slsqp.optimality_tolerance);
+            slsqp.feasibility_tolerance = settings.feasibility.unwrap_or(slsqp.feasibility_tolerance);
+        }
     }
     let limits = method.limits_mut();
     limits.evaluations = settings.max_evaluations.unwrap_or(limits.evaluations);
@@ -96,11 +107,11 @@ fn method(settings: &OptimizerSettings) -> Result<Method, Failure> {
 /// Fails before the output directory is touched.
 fn refuse_constraints(case: &Case, method: &Method) -> Result<(), Failure> {
     let names = case.problem.constraint_names();
-    if names.is_empty() {
+    if names.is_empty() || method.takes_constraints() {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "{}: method \"{}\" takes no constraints ({}); move them into the objective, or use `evaluate` and `gradients` with an outside optimiser",
+        "{}: method \"{}\" takes no constraints ({}); use method \"slsqp\", or move them into the objective",
         case.name,
         method.name(),
         names.join(", ")
@@ -148,6 +159,7 @@ fn finish(
     outcome: &Outcome,
     history: &History,
     directory: &OutputDirectory,
+    timing: FlowTiming,
 ) -> Result<(), Failure> {
     let values = case.problem.unscaled(&outcome.x);
     let failed = |e: crate::design::DesignError| Failure::Computation(format!("{}: {e}", case.name));
@@ -159,7 +171,7 @@ fn finish(
     let problem = &case.problem;
     let name = format!("{} (aeroform {})", shape.section.name(), case.name);
     let final_section = shape.section.clone().with_name(name.as_str());
-    let files = [
+    let mut files = vec![
         ("result.json", pretty + "\n"),
         ("history.csv", history.to_csv()),
         (
@@ -175,6 +187,26 @@ fn finish(
         ("final.dat", final_section.selig()),
         ("final.step", cad::step(final_section.curve(), &name).map_err(|e| wrong(e.to_string()))?),
     ];
+    let mut shown: Vec<(String, String)> = [("Start", 2), ("End", 3), ("Convergence", 4)]
+        .into_iter()
+        .map(|(heading, place)| (heading.to_string(), files[place].1.clone()))
+        .collect();
+    for (k, (name, svg)) in
+        pressures(problem, &initial, &shape).map_err(|e| wrong(e.to_string()))?.into_iter().enumerate()
+    {
+        if k == 0 {
+            files.push(("pressure.svg", svg.clone()));
+        }
+        shown.insert(2 + k, (name, svg));
+    }
+    let page = Page {
+        result: &result,
+        command: format!("aeroform run {} --out {}", arguments.case, directory.path().display()),
+        case: &case.text,
+        figures: shown,
+        tables: vec![gradient_table(&mut case.problem, &values), timing_table(timing, outcome)],
+    };
+    files.push(("report.html", page.render()));
     directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     if arguments.json {
         print_json(&result)?;
@@ -202,6 +234,7 @@ fn result_json(case: &mut Case, outcome: &Outcome, values: &[f64]) -> Result<Val
         let entry = json!({
             "value": value, "lower": bound(b.lower), "upper": bound(b.upper),
             "violation": value.map(|v| b.violation(v)),
+            "multiplier": outcome.multipliers.get(k),
         });
         (name.clone(), entry)
     };
@@ -227,6 +260,96 @@ fn result_json(case: &mut Case, outcome: &Outcome, values: &[f64]) -> Result<Val
     }))
 }
 
+/// Pressure before and after, a heading and a figure for each operating point that has a flow at either end.
+fn pressures(
+    problem: &DesignProblem,
+    initial: &Shape,
+    shape: &Shape,
+) -> Result<Vec<(String, String)>, crate::report::figures::FigureError> {
+    let (Some(before), Some(after)) = (problem.flows(initial), problem.flows(shape)) else { return Ok(Vec::new()) };
+    let mut figures = Vec::new();
+    for (k, point) in problem.operating_points().iter().enumerate() {
+        let name = if point.name.is_empty() { "Pressure".into() } else { format!("Pressure at {}", point.name) };
+        let start = before.solutions[k].as_ref().ok().map(|s| (&before.nodes[..], s));
+        let end = after.solutions[k].as_ref().ok().map(|s| (&after.nodes[..], s));
+        if start.is_some() || end.is_some() {
+            let figure = figures::pressure_change(start, end, &name)?;
+            figures.push((name, figure));
+        }
+    }
+    Ok(figures)
+}
+
+/// A table of the report: heading, columns, rows.
+type ReportTable = (String, Vec<String>, Vec<Vec<String>>);
+
+/// Every derivative at the end along one fixed direction of all variables, exact and by differences.
+fn gradient_table(problem: &mut DesignProblem, values: &[f64]) -> ReportTable {
+    let direction: Vec<f64> =
+        problem.steps().iter().enumerate().map(|(k, step)| step * (12.9898 * (k + 1) as f64).sin()).collect();
+    let exact = problem.gradients(values).unwrap_or_default();
+    let names: Vec<String> = problem.quantities().iter().map(crate::design::Quantity::name).collect();
+    let folds = |name: &str| name.starts_with("fold_indicator");
+    let at = |t: &[f64]| {
+        let moved: Vec<f64> = values.iter().zip(&direction).map(|(v, d)| v + t[0] * d).collect();
+        problem.quantities_at(&moved)
+    };
+    let steps = [StepRange { first: 4e-3, levels: 4 }];
+    let differences = finite_difference_jacobian(at, &[0.0], &steps).ok();
+    let mut rows = Vec::new();
+    for (q, (name, (_, gradient))) in names.iter().zip(&exact).enumerate().filter(|(_, (name, _))| !folds(name)) {
+        let along: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+        let numbers = differences.as_ref().map(|d| &d[(q, 0)]);
+        let cells = numbers
+            .map(|e| [format!("{:.9e}", e.value), format!("{:.1e}", e.value - along), format!("{:.1e}", e.error)]);
+        let [difference, deviation, estimate] = cells.unwrap_or_else(|| ["none".into(), String::new(), String::new()]);
+        rows.push(vec![name.clone(), format!("{along:.9e}"), difference, deviation, estimate]);
+    }
+    let columns = ["quantity", "exact", "finite difference", "deviation", "its own estimate"].map(String::from);
+    ("Gradient check along one direction of all variables (aeroform gradients has all)".into(), columns.to_vec(), rows)
+}
+
+fn timing_table(timing: FlowTiming, outcome: &Outcome) -> ReportTable {
+    let row = |name: &str, count: String, seconds: f64| {
+        let share = if outcome.seconds > 0.0 { 100.0 * seconds / outcome.seconds } else { 0.0 };
+        vec![name.to_string(), count, format!("{seconds:.3}"), format!("{share:.0} %")]
+    };
+    let rows = vec![
+        row("flow solutions", timing.solutions.to_string(), timing.solution_seconds),
+        row("their gradients", timing.gradients.to_string(), timing.gradient_seconds),
+        row("whole run (wall clock)", outcome.evaluations.to_string(), outcome.seconds),
+    ];
+    let columns = ["what", "number", "seconds (over all threads)", "share of the run"].map(String::from);
+    ("Timing".into(), columns.to_vec(), rows)
+}
+
+/// The constraints that hold the design or are violated; the others only as a number.
+fn constraints_text(result: &Value) -> String {
+    let constraints = result["constraints"].as_object();
+    let mut text = String::new();
+    let mut slack = 0;
+    for (name, entry) in constraints.into_iter().flatten() {
+        let (multiplier, violation) = (&entry["multiplier"], &entry["violation"]);
+        let number = |v: &Value| v.as_f64().unwrap_or(0.0);
+        if number(multiplier) == 0.0 && number(violation) == 0.0 {
+            slack += 1;
+            continue;
+        }
+        let value = entry["value"].as_f64().map_or("none".into(), |v| format!("{v:.6e}"));
+        text.push_str(&format!(
+            "  {name:24} {value}  violation {:.1e}  multiplier {:+.3e}\n",
+            number(violation),
+            number(multiplier)
+        ));
+    }
+    match (text.is_empty(), slack) {
+        (true, 0) => String::new(),
+        (true, _) => format!("  no constraint holds the design ({slack} are met with room to spare)\n"),
+        (false, 0) => format!("constraints that hold the design\n{text}"),
+        (false, _) => format!("constraints that hold the design ({slack} more are met with room to spare)\n{text}"),
+    }
+}
+
 fn summary(case: &Case, outcome: &Outcome, result: &Value, directory: &OutputDirectory) -> String {
     let mut text = format!(
         "{}: {} by {} in {} evaluations, {} iterations, {:.3} s\n{}\n\n",
@@ -243,6 +366,7 @@ fn summary(case: &Case, outcome: &Outcome, result: &Value, directory: &OutputDir
     for (name, value) in result["values"].as_object().into_iter().flatten() {
         text.push_str(&format!("  {name:24} {}\n", number(value)));
     }
+    text.push_str(&constraints_text(result));
     if let Some(folded) = result["folded"].as_bool() {
         let words = if folded { "the box has folded" } else { "the box has not folded" };
         let indicator = number(&result["min_fold_indicator"]);

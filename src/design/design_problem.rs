@@ -2,10 +2,12 @@
 
 mod second_order;
 
+use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
 use super::geometry::{Geometry, LinearisedShape, Shape};
 use super::quantity::{Instruments, Quantity, finite};
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem};
 use crate::ffd::FoldReport;
+use crate::flow::Solution;
 use crate::scalar::Scalar;
 use crate::section::Section;
 use nalgebra::DMatrix;
@@ -17,6 +19,15 @@ pub struct Constraint {
     pub quantity: Quantity,
     /// Where it must lie.
     pub bounds: Bounds,
+}
+
+/// The flows about one shape.
+#[derive(Debug, Clone)]
+pub struct ShapeFlows {
+    /// The panel nodes, from the trailing edge over the upper surface and back.
+    pub nodes: Vec<[f64; 2]>,
+    /// One an operating point, or why there is none.
+    pub solutions: Vec<Result<Solution, DesignError>>,
 }
 
 /// A design problem over a geometry.
@@ -169,6 +180,13 @@ impl DesignProblem {
         self.quantities.iter().map(|q| self.instruments.value(q, &shape)).collect()
     }
 
+    /// Whether everything but the flow has a value at the start.
+    pub(super) fn measures_at_start(&self) -> Result<(), DesignError> {
+        let shape = self.geometry.shape(&self.start_values())?;
+        let plain = self.quantities.iter().filter(|q| !matches!(q, Quantity::Flow(_)));
+        plain.map(|q| self.instruments.value(q, &shape)).try_for_each(|value| value.map(|_| ()))
+    }
+
     /// Value and gradient of each quantity, in the variables' own units.
     ///
     /// # Errors
@@ -205,8 +223,26 @@ impl DesignProblem {
         Ok(sum)
     }
 
+    /// The operating points, where there is a flow.
+    pub fn operating_points(&self) -> &[OperatingPoint] {
+        self.instruments.flow.as_ref().map_or(&[], FlowAnalysis::points)
+    }
+
+    /// The flows about a shape, one an operating point, with the panel nodes they were found on; `None` without flow.
+    pub fn flows(&self, shape: &Shape) -> Option<ShapeFlows> {
+        let flow = self.instruments.flow.as_ref()?;
+        let nodes = flow.nodes(shape.section.curve().control_points());
+        Some(ShapeFlows { nodes, solutions: flow.solutions(shape) })
+    }
+
+    /// What flows took so far.
+    pub fn flow_timing(&self) -> FlowTiming {
+        self.instruments.flow.as_ref().map_or_else(FlowTiming::default, FlowAnalysis::timing)
+    }
+
     fn objective_measures(&self) -> bool {
-        self.quantities.iter().zip(&self.weights).any(|(q, w)| *w != 0.0 && matches!(q, Quantity::Measure(_)))
+        let plain = |q: &Quantity| matches!(q, Quantity::ShapeError | Quantity::FoldPenalty);
+        self.quantities.iter().zip(&self.weights).any(|(q, w)| *w != 0.0 && !plain(q))
     }
 
     fn set_scaled(&mut self, x: &[f64]) {
@@ -250,6 +286,11 @@ impl DesignProblem {
             }
             Quantity::FoldPenalty => (self.instruments.penalty.as_ref())
                 .map_or(0.0, |p| p.value_and_gradient(&work.net, factor, &mut work.net_slope)),
+            Quantity::FoldIndicator { index, .. } => (self.instruments.penalty.as_ref())
+                .map_or(1.0, |p| p.indicator_and_gradient(*index, &work.net, factor, &mut work.net_slope)),
+            Quantity::Flow(flow) => {
+                self.instruments.flow()?.value_and_slope(flow, &work.points, factor, &mut work.point_slope)?
+            }
             Quantity::Measure(_) => return Ok(None),
         };
         finite(&self.quantities[quantity], value)?;
@@ -395,7 +436,23 @@ impl Problem for DesignProblem {
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         Ok(self.try_evaluate(x)?)
     }
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        if self.instruments.flow.is_none() {
+            return points.iter().map(|x| self.evaluate(x)).collect();
+        }
+        let shape = self.geometry.shape(&self.unscaled(base)).ok();
+        let worker = || {
+            let mut worker = self.clone();
+            worker.instruments.flow = self.instruments.flow.as_ref().map(|flow| flow.near(shape.as_ref()));
+            worker
+        };
+        in_parallel_with(points, worker, |worker, x| worker.evaluate(x))
+    }
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && matches!(q, Quantity::Flow(_));
+        if self.quantities.iter().zip(&self.weights).any(of_flow) {
+            return None;
+        }
         Some(self.try_hessian(x).map_err(AnalysisFailure::from))
     }
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {

@@ -1,6 +1,7 @@
 //! What can be wrong with a design problem.
 
 use crate::ffd::FfdError;
+use crate::flow::{FlowError, Status};
 use crate::section::SectionError;
 use crate::spline::SplineError;
 
@@ -16,6 +17,32 @@ pub enum DesignError {
     /// A spline operation failed.
     #[error(transparent)]
     Spline(#[from] SplineError),
+    /// A flow could not be asked for.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
+    /// A flow whose numbers do not hold.
+    #[error("flow{} {status}", if point.is_empty() { String::new() } else { format!(" at {point}") })]
+    FlowStatus {
+        /// Name of the operating point, empty where there is only one.
+        point: String,
+        /// What is wrong with it.
+        status: Status,
+    },
+    /// A quantity of the flow, in a problem without one.
+    #[error("there is no flow: give a [flow] table with alpha or cl, and reynolds")]
+    NoFlow,
+    /// A quantity that can be reported only.
+    #[error("{name} has no derivatives: it can stand in [report], not in objective or constraints")]
+    NoDerivative {
+        /// The quantity.
+        name: String,
+    },
+    /// Second derivatives of a flow.
+    #[error("{name} has first derivatives only")]
+    FlowSecondOrder {
+        /// The quantity.
+        name: String,
+    },
     /// A selection names a control point the box does not have.
     #[error("the box has {} columns and {} rows; column {column}, row {row} is not one of them (they count from 0)", counts[0], counts[1])]
     NoControlPoint {

@@ -5,12 +5,13 @@
 //! from local duals carried back through the linear maps, so that a whole gradient costs a small multiple of a value;
 //! [`check_gradients`] holds the two against each other and against finite differences.
 //!
-//! Depends on [`section`](crate::section), [`ffd`](crate::ffd), [`spline`](crate::spline),
+//! Depends on [`flow`](crate::flow), [`section`](crate::section), [`ffd`](crate::ffd), [`spline`](crate::spline),
 //! [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
 
 mod case;
 mod design_problem;
 mod error;
+mod flow_analysis;
 mod geometry;
 mod gradient_check;
 mod motion;
@@ -21,8 +22,9 @@ mod shape_error;
 #[cfg(feature = "command")]
 pub(crate) use case::nearest;
 pub use case::{BuiltinCase, Case, CaseError, OptimizerSettings, builtin_cases};
-pub use design_problem::{Constraint, DesignProblem};
+pub use design_problem::{Constraint, DesignProblem, ShapeFlows};
 pub use error::DesignError;
+pub use flow_analysis::{FlowOutput, FlowQuantity, FlowTiming, OperatingPoint};
 pub use geometry::{Geometry, LinearisedShape, Shape, Variable};
 pub use gradient_check::{DerivativeCheck, check_gradients};
 pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem};

@@ -72,6 +72,12 @@ pub trait Problem {
     /// # Errors
     /// [`AnalysisFailure`] where the shape at `x` has no analysis; the optimiser goes on with a shorter step.
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure>;
+    /// Evaluations at points near `base`, itself evaluated before; each is what it is whatever the other points are.
+    ///
+    /// A problem that can do several at once, or profit from what it knows at `base`, does so.
+    fn evaluate_near(&mut self, _base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        points.iter().map(|x| self.evaluate(x)).collect()
+    }
     /// Exact Hessian (n × n) of the objective at `x`; `None` where the problem does not offer second derivatives.
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>>;
     /// A symmetric positive definite matrix M (n × n) that measures steps: a second-order model is trusted for steps

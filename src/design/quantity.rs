@@ -1,5 +1,6 @@
 //! The quantities that objectives and constraints are made of.
 
+use super::flow_analysis::{FlowAnalysis, FlowQuantity};
 use super::{DesignError, ShapeError};
 use crate::differentiate::Direction;
 use crate::ffd::BoxPenalty;
@@ -15,12 +16,25 @@ pub enum Quantity {
     ShapeError,
     /// Fold penalty of the box (paper, equations 1 to 4).
     FoldPenalty,
+    /// Fold indicator of one control point of the box (paper, equation 1): positive as long as the box has not folded
+    /// there.
+    FoldIndicator {
+        /// Column of the control point.
+        column: usize,
+        /// Row of the control point.
+        row: usize,
+        /// Its position in the list of control points.
+        index: usize,
+    },
     /// A measure of the section.
     Measure(Measure),
+    /// Something read off the flow.
+    Flow(FlowQuantity),
 }
 
 impl Quantity {
-    /// The quantity of a name: `shape_error`, `fold_penalty`, or a measure of the section.
+    /// The quantity of a name: `shape_error`, `fold_penalty`, or a measure of the section. Those of a flow belong to an
+    /// operating point and are made by [`Case`](super::Case).
     ///
     /// # Errors
     /// An unknown name.
@@ -37,7 +51,9 @@ impl Quantity {
         match self {
             Self::ShapeError => "shape_error".into(),
             Self::FoldPenalty => "fold_penalty".into(),
+            Self::FoldIndicator { column, row, .. } => format!("fold_indicator[{column},{row}]"),
             Self::Measure(measure) => measure.name(),
+            Self::Flow(flow) => flow.name(),
         }
     }
 }
@@ -47,6 +63,7 @@ impl Quantity {
 pub(super) struct Instruments {
     pub shape_error: Option<ShapeError>,
     pub penalty: Option<BoxPenalty<2>>,
+    pub flow: Option<FlowAnalysis>,
 }
 
 impl Instruments {
@@ -56,7 +73,11 @@ impl Instruments {
             Quantity::ShapeError => self.error()?.value(shape.section.curve().control_points()),
             // without a box nothing folds
             Quantity::FoldPenalty => self.penalty.as_ref().map_or(S::from(0.0), |p| p.value(&shape.net)),
+            Quantity::FoldIndicator { index, .. } => {
+                self.penalty.as_ref().map_or(S::from(1.0), |p| p.indicator_at(*index, &shape.net))
+            }
             Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
+            Quantity::Flow(flow) => self.flow()?.value(flow, shape.section.curve().control_points())?,
         };
         finite(quantity, value.re())?;
         Ok(value)
@@ -64,6 +85,10 @@ impl Instruments {
 
     pub fn error(&self) -> Result<&ShapeError, DesignError> {
         self.shape_error.as_ref().ok_or(DesignError::NoTarget)
+    }
+
+    pub fn flow(&self) -> Result<&FlowAnalysis, DesignError> {
+        self.flow.as_ref().ok_or(DesignError::NoFlow)
     }
 
     /// A measure with its gradient in the variables, by chunks of the tangents of the shape.

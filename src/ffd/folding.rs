@@ -245,38 +245,65 @@ impl<const D: usize> BoxPenalty<D> {
         scale: f64,
         gradient: &mut [[f64; D]],
     ) -> f64 {
-        let mut total = 0.0;
-        for (index, star) in self.stars.iter().enumerate() {
-            let measures: SmallVec<[DualSVec64<M>; 4]> = star
-                .measures(net)
-                .iter()
-                .enumerate()
-                .map(|(i, &a)| DualSVec64::<M>::from_re(a).derivative(i))
-                .collect();
-            let eta = penalty_of_indicator(self.indicator(index, &measures));
-            total += eta.re;
-            let Some(by_measure) = eta.eps.0 else { continue };
-            for (i, (neighbours, sign)) in star.simplices.iter().enumerate() {
-                let factor = scale * by_measure[i] * sign;
-                // far from a fold the penalty and its slope underflow
-                if factor == 0.0 {
-                    continue;
-                }
-                let seed = |position: usize, slot: usize| -> [DualSVec64<C>; D] {
-                    let point = net[star.points[position]];
-                    std::array::from_fn(|d| DualSVec64::from_re(point[d]).derivative(slot * D + d))
-                };
-                let measure = simplex_measure(seed(0, 0), std::array::from_fn(|k| seed(neighbours[k], k + 1)));
-                let Some(by_coordinate) = measure.eps.0 else { continue };
-                for slot in 0..=D {
-                    let position = if slot == 0 { 0 } else { neighbours[slot - 1] };
-                    for d in 0..D {
-                        gradient[star.points[position]][d] += factor * by_coordinate[slot * D + d];
-                    }
+        let eta = |indicator: DualSVec64<M>| penalty_of_indicator(indicator);
+        (0..self.stars.len()).map(|index| self.accumulate_star::<M, C>(index, net, scale, gradient, eta)).sum()
+    }
+
+    /// A function of one indicator; adds `scale` times its derivative to `gradient`.
+    fn accumulate_star<const M: usize, const C: usize>(
+        &self,
+        index: usize,
+        net: &[[f64; D]],
+        scale: f64,
+        gradient: &mut [[f64; D]],
+        of: impl Fn(DualSVec64<M>) -> DualSVec64<M>,
+    ) -> f64 {
+        let star = &self.stars[index];
+        let measures: SmallVec<[DualSVec64<M>; 4]> =
+            star.measures(net).iter().enumerate().map(|(i, &a)| DualSVec64::<M>::from_re(a).derivative(i)).collect();
+        let value = of(self.indicator(index, &measures));
+        let Some(by_measure) = value.eps.0 else { return value.re };
+        for (i, (neighbours, sign)) in star.simplices.iter().enumerate() {
+            let factor = scale * by_measure[i] * sign;
+            // far from a fold the penalty and its slope underflow
+            if factor == 0.0 {
+                continue;
+            }
+            let seed = |position: usize, slot: usize| -> [DualSVec64<C>; D] {
+                let point = net[star.points[position]];
+                std::array::from_fn(|d| DualSVec64::from_re(point[d]).derivative(slot * D + d))
+            };
+            let measure = simplex_measure(seed(0, 0), std::array::from_fn(|k| seed(neighbours[k], k + 1)));
+            let Some(by_coordinate) = measure.eps.0 else { continue };
+            for slot in 0..=D {
+                let position = if slot == 0 { 0 } else { neighbours[slot - 1] };
+                for d in 0..D {
+                    gradient[star.points[position]][d] += factor * by_coordinate[slot * D + d];
                 }
             }
         }
-        total
+        value.re
+    }
+
+    /// Equation (1) for the control point at a position in the list, which must be below the number of control points.
+    ///
+    /// As long as every indicator of a net is positive the net has not folded.
+    pub fn indicator_at<S: Scalar>(&self, index: usize, net: &[[S; D]]) -> S {
+        self.indicator(index, &self.stars[index].measures(net))
+    }
+
+    /// The same; adds `factor` times its derivative with respect to every control point to `gradient`.
+    pub fn indicator_and_gradient(
+        &self,
+        index: usize,
+        net: &[[f64; D]],
+        factor: f64,
+        gradient: &mut [[f64; D]],
+    ) -> f64 {
+        match D {
+            2 => self.accumulate_star::<4, 8>(index, net, factor, gradient, |m| m),
+            _ => self.accumulate_star::<8, 16>(index, net, factor, gradient, |m| m),
+        }
     }
 }
 

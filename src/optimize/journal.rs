@@ -200,6 +200,24 @@ impl<P: Problem> Problem for Journaled<P> {
         result
     }
 
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        let mut results = Vec::with_capacity(points.len());
+        while let Some(x) = points.get(results.len()) {
+            match self.replay(x, |a| matches!(a, Answer::Evaluation(_))) {
+                Some(Answer::Evaluation(result)) => results.push(result),
+                _ => break,
+            }
+        }
+        let rest = &points[results.len()..];
+        if !rest.is_empty() {
+            for (x, result) in rest.iter().zip(self.inner.evaluate_near(base, rest)) {
+                self.record(x, Answer::Evaluation(result.clone()));
+                results.push(result);
+            }
+        }
+        results
+    }
+
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         if let Some(Answer::Hessian(result)) = self.replay(x, |a| matches!(a, Answer::Hessian(_))) {
             return Some(result);

@@ -1,7 +1,7 @@
 //! The ledger of a run: it stands between method and problem, counts, times, reports, keeps the best point and
 //! enforces the limits.
 
-use super::outcome::projected_gradient;
+use super::kkt::{Optimality, optimality};
 use super::{Limits, OptimizeError, Outcome, Progress, Status};
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use nalgebra::DMatrix;
@@ -22,6 +22,8 @@ pub(super) struct Ledger<'a> {
     problem: &'a mut dyn Problem,
     observer: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     limits: Limits,
+    /// Largest violation of a constraint that counts as none.
+    feasibility: f64,
     begun: Instant,
     best: Option<(Vec<f64>, Evaluation)>,
     evaluations: usize,
@@ -45,6 +47,7 @@ impl<'a> Ledger<'a> {
             problem,
             observer,
             limits,
+            feasibility: 0.0,
             begun: Instant::now(),
             best: None,
             evaluations: 0,
@@ -56,6 +59,32 @@ impl<'a> Ledger<'a> {
             no_hessian: false,
             iteration: 0,
         }
+    }
+
+    /// Counts constraints as met that are violated by `feasibility` at most.
+    pub(super) fn feasible_within(mut self, feasibility: f64) -> Self {
+        self.feasibility = feasibility;
+        self
+    }
+
+    /// The best point so far: the lowest objective among the feasible ones, the least violation before there are any.
+    pub(super) fn best(&self) -> Option<&(Vec<f64>, Evaluation)> {
+        self.best.as_ref()
+    }
+
+    /// Declares a point the best whatever came before.
+    pub(super) fn settle_on(&mut self, x: &[f64], evaluation: &Evaluation) {
+        self.best = Some((x.to_vec(), evaluation.clone()));
+    }
+
+    fn improves(&self, evaluation: &Evaluation) -> bool {
+        let Some((_, best)) = &self.best else { return true };
+        let excess = |e: &Evaluation| {
+            let violation = violation(e, self.problem.constraint_bounds());
+            if violation <= self.feasibility { 0.0 } else { violation }
+        };
+        let (new, old) = (excess(evaluation), excess(best));
+        new < old || (new == old && evaluation.objective < best.objective)
     }
 
     /// What ended the run from outside, if anything did: every further evaluation is refused.
@@ -114,9 +143,11 @@ impl<'a> Ledger<'a> {
             Some((x, evaluation)) => (x, Some(evaluation)),
             None => (self.problem.start().to_vec(), None),
         };
-        let (kkt_residual, gradient_norm) = match &evaluation {
-            Some(evaluation) => norms(&x, &evaluation.gradient, self.problem.variable_bounds()),
-            None => (f64::NAN, f64::NAN),
+        let (optimality, violation) = match &evaluation {
+            Some(evaluation) => {
+                (optimality(self.problem, &x, evaluation), violation(evaluation, self.problem.constraint_bounds()))
+            }
+            None => (Optimality { multipliers: Vec::new(), residual: f64::NAN, norm: f64::NAN }, f64::NAN),
         };
         Outcome {
             status,
@@ -127,8 +158,10 @@ impl<'a> Ledger<'a> {
             failures: self.failures,
             hessians: self.hessians,
             iterations: self.iteration,
-            kkt_residual,
-            gradient_norm,
+            kkt_residual: optimality.residual,
+            gradient_norm: optimality.norm,
+            multipliers: optimality.multipliers,
+            violation,
             seconds: self.begun.elapsed().as_secs_f64(),
         }
     }
@@ -139,16 +172,21 @@ impl<'a> Ledger<'a> {
     }
 }
 
-/// Largest entry and Euclidean norm of the projected gradient.
-fn norms(x: &[f64], gradient: &[f64], bounds: &[Bounds]) -> (f64, f64) {
-    let (largest, squares) =
-        projected_gradient(x, gradient, bounds).fold((0.0, 0.0), |(l, s): (f64, f64), g| (l.max(g.abs()), s + g * g));
-    (largest, squares.sqrt())
+/// Largest violation of a constraint.
+pub(super) fn violation(evaluation: &Evaluation, bounds: &[Bounds]) -> f64 {
+    evaluation.constraints.iter().zip(bounds).map(|(&c, b)| b.violation(c)).fold(0.0, f64::max)
 }
 
 /// An evaluation that an optimiser can use, or the reason why not.
-fn usable(evaluation: Evaluation, n: usize) -> Result<Evaluation, AnalysisFailure> {
-    let complaint = if evaluation.gradient.len() != n {
+fn usable(evaluation: Evaluation, n: usize, constraints: usize) -> Result<Evaluation, AnalysisFailure> {
+    let rows_fit = evaluation.jacobian.len() == constraints && evaluation.jacobian.iter().all(|row| row.len() == n);
+    let complaint = if evaluation.constraints.len() != constraints || !rows_fit {
+        Some(format!("the constraints do not come as {constraints} values with {n} derivatives each"))
+    } else if let Some(k) = (0..constraints)
+        .find(|&k| !(evaluation.constraints[k].is_finite() && evaluation.jacobian[k].iter().all(|a| a.is_finite())))
+    {
+        Some(format!("constraint {k} is {}, or its gradient is not finite", evaluation.constraints[k]))
+    } else if evaluation.gradient.len() != n {
         Some(format!("the gradient has {} entries for {n} variables", evaluation.gradient.len()))
     } else if !evaluation.objective.is_finite() {
         Some(format!("the objective is {}", evaluation.objective))
@@ -157,6 +195,63 @@ fn usable(evaluation: Evaluation, n: usize) -> Result<Evaluation, AnalysisFailur
         bad.map(|i| format!("entry {i} of the gradient is {}", evaluation.gradient[i]))
     };
     complaint.map_or(Ok(evaluation), |reason| Err(AnalysisFailure { reason }))
+}
+
+impl Ledger<'_> {
+    fn ended() -> AnalysisFailure {
+        AnalysisFailure { reason: "the run has ended".into() }
+    }
+
+    /// Why there is no further evaluation, if there is none.
+    fn refused(&mut self) -> Option<AnalysisFailure> {
+        if self.evaluations >= self.limits.evaluations {
+            self.halt.get_or_insert(Halt::Evaluations);
+        }
+        self.halt.map(|_| Self::ended())
+    }
+
+    /// Enters the result of an evaluation; its optimality only where it is `wanted`.
+    fn enter(
+        &mut self,
+        x: &[f64],
+        result: Result<Evaluation, AnalysisFailure>,
+        wanted: bool,
+    ) -> Result<Evaluation, AnalysisFailure> {
+        self.evaluations += 1;
+        let constraints = self.problem.constraint_names().len();
+        let result = result.and_then(|evaluation| usable(evaluation, x.len(), constraints));
+        let result = result.map_err(|failure| self.failed(failure));
+        self.last_failed = result.is_err();
+        let step = self.best.as_ref().map_or(0.0, |(best, _)| distance(best, x));
+        if let Ok(evaluation) = &result
+            && self.improves(evaluation)
+        {
+            self.best = Some((x.to_vec(), evaluation.clone()));
+        }
+        let (violation, gradient_norm) = match &result {
+            Ok(evaluation) => {
+                let violation = violation(evaluation, self.problem.constraint_bounds());
+                (violation, if wanted { optimality(self.problem, x, evaluation).norm } else { f64::NAN })
+            }
+            Err(_) => (f64::NAN, f64::NAN),
+        };
+        let progress = Progress {
+            evaluation: self.evaluations,
+            iteration: self.iteration,
+            x,
+            result: result.as_ref(),
+            best_objective: self.best.as_ref().map_or(f64::INFINITY, |(_, best)| best.objective),
+            violation,
+            gradient_norm,
+            step,
+            seconds: self.begun.elapsed().as_secs_f64(),
+            evaluation_limit: self.limits.evaluations,
+        };
+        if (self.observer)(&progress).is_break() {
+            self.halt = Some(Halt::Observer);
+        }
+        result
+    }
 }
 
 impl Problem for Ledger<'_> {
@@ -185,48 +280,25 @@ impl Problem for Ledger<'_> {
     }
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        if self.evaluations >= self.limits.evaluations {
-            self.halt.get_or_insert(Halt::Evaluations);
+        if let Some(refused) = self.refused() {
+            return Err(refused);
         }
-        if self.halt.is_some() {
-            return Err(AnalysisFailure { reason: "the run has ended".into() });
-        }
-        self.evaluations += 1;
-        let result = self.problem.evaluate(x).and_then(|evaluation| usable(evaluation, x.len()));
-        let result = result.map_err(|failure| self.failed(failure));
+        let result = self.problem.evaluate(x);
+        self.enter(x, result, true)
+    }
 
-        self.last_failed = result.is_err();
-        let step = self.best.as_ref().map_or(0.0, |(best, _)| distance(best, x));
-        if let Ok(evaluation) = &result
-            && self.best.as_ref().is_none_or(|(_, best)| evaluation.objective < best.objective)
-        {
-            self.best = Some((x.to_vec(), evaluation.clone()));
-        }
-        let (violation, gradient_norm) = match &result {
-            Ok(evaluation) => {
-                let bounds = self.problem.constraint_bounds();
-                let violations = evaluation.constraints.iter().zip(bounds).map(|(&c, b)| b.violation(c));
-                let (_, norm) = norms(x, &evaluation.gradient, self.problem.variable_bounds());
-                (violations.fold(0.0, f64::max), norm)
-            }
-            Err(_) => (f64::NAN, f64::NAN),
-        };
-        let progress = Progress {
-            evaluation: self.evaluations,
-            iteration: self.iteration,
-            x,
-            result: result.as_ref(),
-            best_objective: self.best.as_ref().map_or(f64::INFINITY, |(_, best)| best.objective),
-            violation,
-            gradient_norm,
-            step,
-            seconds: self.begun.elapsed().as_secs_f64(),
-            evaluation_limit: self.limits.evaluations,
-        };
-        if (self.observer)(&progress).is_break() {
-            self.halt = Some(Halt::Observer);
-        }
-        result
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        let left = self.limits.evaluations.saturating_sub(self.evaluations).min(points.len());
+        let mut found =
+            if self.halt.is_some() { Vec::new() } else { self.problem.evaluate_near(base, &points[..left]) };
+        let mut found = found.drain(..);
+        points
+            .iter()
+            .map(|x| match (self.refused(), found.next()) {
+                (None, Some(result)) => self.enter(x, result, false),
+                (refused, _) => Err(refused.unwrap_or_else(Self::ended)),
+            })
+            .collect()
     }
 
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {

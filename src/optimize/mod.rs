@@ -2,8 +2,11 @@
 //!
 //! * [`Lbfgs`]: limited-memory BFGS on [`argmin`], for problems without constraints; first derivatives only;
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
-//! * [`Method`]: either of them behind one type, as a case file names it;
-//! * [`Bounded`]: bounds on variables by a smooth change of variables, which both methods use by themselves;
+//! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives only;
+//! * [`Sqp`]: sequential quadratic programming in a trust region, with the curvature sampled from exact gradients: the
+//!   fewest iterations where many directions matter little;
+//! * [`Method`]: any of them behind one type, as a case file names it;
+//! * [`Bounded`]: bounds on variables by a smooth change of variables, which the first two use by themselves;
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
 //! * [`History`]: a row per evaluation, as CSV.
 //!
@@ -39,20 +42,26 @@
 //! assert!((outcome.x[0] - 1.0).abs() < 1e-6);
 //! ```
 //!
-//! Depends on [`design::Problem`](crate::design::Problem), `argmin`, `nalgebra` and `serde`.
+//! Depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
 
 pub(crate) mod atomic;
 mod bounded;
 mod checkpoint;
+#[cfg(test)]
+mod constrained_tests;
 mod history;
 mod journal;
+mod kkt;
 mod lbfgs;
 mod ledger;
 mod newton;
 mod outcome;
+mod slsqp;
+mod sqp;
 #[cfg(test)]
 mod testcases;
 mod trust_region;
+mod verdict;
 
 pub use bounded::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -61,6 +70,8 @@ pub use journal::{Answer, Journal, Journaled, Record};
 pub use lbfgs::Lbfgs;
 pub use newton::Newton;
 pub use outcome::{OptimizeError, Outcome, Progress, Status, projected_gradient};
+pub use slsqp::Slsqp;
+pub use sqp::Sqp;
 
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use nalgebra::DMatrix;
@@ -110,19 +121,30 @@ pub enum Method {
     Lbfgs(Lbfgs),
     /// `"newton"`.
     Newton(Newton),
+    /// `"slsqp"`.
+    Slsqp(Slsqp),
+    /// `"sqp"`.
+    Sqp(Sqp),
 }
 
 impl Method {
     /// The names [`from_name`](Self::from_name) knows.
-    pub const NAMES: [&'static str; 2] = [Lbfgs::NAME, Newton::NAME];
+    pub const NAMES: [&'static str; 4] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME, Sqp::NAME];
 
     /// The method called `name` with its default settings.
     pub fn from_name(name: &str) -> Option<Self> {
         match name {
             Lbfgs::NAME => Some(Self::Lbfgs(Lbfgs::default())),
             Newton::NAME => Some(Self::Newton(Newton::default())),
+            Slsqp::NAME => Some(Self::Slsqp(Slsqp::default())),
+            Sqp::NAME => Some(Self::Sqp(Sqp::default())),
             _ => None,
         }
+    }
+
+    /// Whether the method takes constraints.
+    pub fn takes_constraints(&self) -> bool {
+        matches!(self, Self::Slsqp(_) | Self::Sqp(_))
     }
 
     /// The limits of the run, to read or set.
@@ -130,6 +152,8 @@ impl Method {
         match self {
             Self::Lbfgs(method) => &mut method.limits,
             Self::Newton(method) => &mut method.limits,
+            Self::Slsqp(method) => &mut method.limits,
+            Self::Sqp(method) => &mut method.limits,
         }
     }
 
@@ -137,6 +161,8 @@ impl Method {
         match self {
             Self::Lbfgs(method) => method,
             Self::Newton(method) => method,
+            Self::Slsqp(method) => method,
+            Self::Sqp(method) => method,
         }
     }
 }
@@ -182,6 +208,10 @@ impl<P: Problem + ?Sized> Problem for &mut P {
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         (**self).evaluate(x)
+    }
+
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        (**self).evaluate_near(base, points)
     }
 
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {

@@ -2,7 +2,7 @@
 
 use super::bounded::Bounded;
 use super::ledger::{Ledger, norm};
-use super::outcome::check;
+use super::outcome::{check, refuse_constraints};
 use super::trust_region::Quadratic;
 use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::{Evaluation, Problem};
@@ -101,7 +101,8 @@ impl Optimizer for Newton {
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
-        check(problem, Self::NAME)?;
+        check(problem)?;
+        refuse_constraints(problem, Self::NAME)?;
         let mut run = Run {
             settings: *self,
             problem: Bounded::new(Ledger::new(problem, observer, self.limits)),

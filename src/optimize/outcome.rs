@@ -19,6 +19,9 @@ pub enum Status {
     /// No step lowers the objective any more, at the precision it is computed with, though no tolerance is met.
     #[serde(rename = "stalled")]
     Stalled,
+    /// No design meets all constraints as far as the run could see: every way to reduce one violation is barred.
+    #[serde(rename = "infeasible")]
+    Infeasible,
     /// The analysis fails at the start, or at every step from the best point.
     #[serde(rename = "failed")]
     Failed,
@@ -35,6 +38,7 @@ impl Status {
             Self::IterationLimit => "iteration limit",
             Self::EvaluationLimit => "evaluation limit",
             Self::Stalled => "stalled",
+            Self::Infeasible => "infeasible",
             Self::Failed => "failed",
             Self::Interrupted => "interrupted",
         }
@@ -54,7 +58,8 @@ pub struct Outcome {
     pub status: Status,
     /// The same in a sentence with numbers.
     pub message: String,
-    /// The best point (length n); the start where nothing could be evaluated.
+    /// The best point (length n); the start where nothing could be evaluated. With constraints the best is the lowest
+    /// objective among the points that meet them, and the least violation where none does.
     pub x: Vec<f64>,
     /// The evaluation at `x`; `None` where the analysis failed at the start.
     pub evaluation: Option<Evaluation>,
@@ -66,11 +71,18 @@ pub struct Outcome {
     pub hessians: usize,
     /// Iterations.
     pub iterations: usize,
-    /// How far `x` is from satisfying the first-order conditions: the largest entry of [`projected_gradient`], so
-    /// without bounds the largest entry of the gradient. NaN where there is no evaluation.
+    /// How far `x` is from satisfying the first-order conditions (Karush, Kuhn and Tucker): the largest entry of
+    /// [`projected_gradient`] of the Lagrangian `objective − Σ multiplier · constraint`, so without bounds and
+    /// constraints the largest entry of the gradient. NaN where there is no evaluation.
     pub kkt_residual: f64,
-    /// Euclidean norm of [`projected_gradient`]. NaN where there is no evaluation.
+    /// Euclidean norm of the same. NaN where there is no evaluation.
     pub gradient_norm: f64,
+    /// For each constraint the derivative of the optimal objective with respect to the bound that is reached:
+    /// positive at a lower bound, negative at an upper one, 0 where none is reached. They are those that fit the
+    /// gradients at `x` best, from the point alone. Empty where there is no evaluation.
+    pub multipliers: Vec<f64>,
+    /// Largest violation of a constraint at `x`; 0 without constraints, NaN where there is no evaluation.
+    pub violation: f64,
     /// Wall-clock time of the run in seconds.
     pub seconds: f64,
 }
@@ -86,11 +98,11 @@ pub struct Progress<'a> {
     pub x: &'a [f64],
     /// What the evaluation gave.
     pub result: Result<&'a Evaluation, &'a AnalysisFailure>,
-    /// Lowest objective so far, this one included; +∞ before the first success.
+    /// Objective of the best point so far, this one included; +∞ before the first success.
     pub best_objective: f64,
     /// Largest violation of a constraint, 0 without constraints; NaN for a failed evaluation.
     pub violation: f64,
-    /// Euclidean norm of [`projected_gradient`]; NaN for a failed evaluation.
+    /// Euclidean norm of [`projected_gradient`] of the Lagrangian; NaN for a failed evaluation.
     pub gradient_norm: f64,
     /// Euclidean distance from the best point before this evaluation; 0 for the first.
     pub step: f64,
@@ -106,7 +118,7 @@ pub struct Progress<'a> {
 pub enum OptimizeError {
     /// The method has no constraints.
     #[error(
-        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or choose a method for constraints"
+        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"slsqp\""
     )]
     ConstraintsNotSupported {
         /// The method.
@@ -144,11 +156,29 @@ pub enum OptimizeError {
         /// Its length.
         found: usize,
     },
+    /// As many bounds as constraints are needed.
+    #[error("the problem has {constraints} constraints but {found} bounds of constraints")]
+    ConstraintBounds {
+        /// Number of constraint names.
+        constraints: usize,
+        /// Number of bounds.
+        found: usize,
+    },
     /// Bounds that leave no room.
     #[error("variable \"{variable}\" has no room between its bounds {lower} and {upper}")]
     EmptyBounds {
         /// The variable.
         variable: String,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+    /// Bounds of a constraint that nothing can meet.
+    #[error("constraint \"{constraint}\" has no room between its bounds {lower} and {upper}")]
+    EmptyConstraint {
+        /// The constraint.
+        constraint: String,
         /// Its lower bound.
         lower: f64,
         /// Its upper bound.
@@ -178,7 +208,7 @@ pub fn projected_gradient<'a>(
 }
 
 /// Rejects a problem whose lists do not fit together.
-pub(super) fn check(problem: &dyn Problem, method: &'static str) -> Result<(), OptimizeError> {
+pub(super) fn check(problem: &dyn Problem) -> Result<(), OptimizeError> {
     let names = problem.variable_names();
     let n = names.len();
     for (what, found) in [("a start", problem.start().len()), ("bounds", problem.variable_bounds().len())] {
@@ -196,6 +226,21 @@ pub(super) fn check(problem: &dyn Problem, method: &'static str) -> Result<(), O
     if let Some((name, &value)) = names.iter().zip(problem.start()).find(|(_, v)| !v.is_finite()) {
         return Err(OptimizeError::Start { variable: name.clone(), value });
     }
+    let constraints = problem.constraint_names();
+    let found = problem.constraint_bounds().len();
+    if found != constraints.len() {
+        return Err(OptimizeError::ConstraintBounds { constraints: constraints.len(), found });
+    }
+    for (name, &Bounds { lower, upper }) in constraints.iter().zip(problem.constraint_bounds()) {
+        if !(lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY) {
+            return Err(OptimizeError::EmptyConstraint { constraint: name.clone(), lower, upper });
+        }
+    }
+    Ok(())
+}
+
+/// Rejects a problem with constraints.
+pub(super) fn refuse_constraints(problem: &dyn Problem, method: &'static str) -> Result<(), OptimizeError> {
     if let Some(first) = problem.constraint_names().first() {
         let count = problem.constraint_names().len();
         return Err(OptimizeError::ConstraintsNotSupported { method, count, first: first.clone() });

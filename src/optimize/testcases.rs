@@ -2,7 +2,7 @@
 
 use super::{Optimizer, Outcome};
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
-use crate::differentiate::{Function, gradient, hessian};
+use crate::differentiate::{Function, VectorFunction, gradient, hessian, jacobian};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use std::convert::Infallible;
@@ -80,6 +80,92 @@ impl<F: Function<Error = Infallible>> Problem for Case<F> {
         self.hessians += 1;
         let Ok((_, _, matrix)) = hessian(&self.function, x);
         Some(Ok(matrix))
+    }
+}
+
+/// Objective and constraints, in this order, as a problem.
+#[derive(Clone)]
+pub(super) struct Constrained<F> {
+    pub(super) function: F,
+    names: Vec<String>,
+    start: Vec<f64>,
+    pub(super) bounds: Vec<Bounds>,
+    constraints: Vec<String>,
+    pub(super) constraint_bounds: Vec<Bounds>,
+    /// Where the analysis fails.
+    pub(super) fails: fn(&[f64]) -> bool,
+    /// Every point evaluated, in order.
+    pub(super) asked: Vec<Vec<f64>>,
+}
+
+impl<F> Constrained<F> {
+    pub(super) fn new(function: F, start: &[f64], limits: &[(f64, f64)]) -> Self {
+        Self {
+            function,
+            names: (0..start.len()).map(|i| format!("x{i}")).collect(),
+            start: start.to_vec(),
+            bounds: vec![Bounds::FREE; start.len()],
+            constraints: (0..limits.len()).map(|i| format!("c{i}")).collect(),
+            constraint_bounds: limits.iter().map(|&(lower, upper)| Bounds { lower, upper }).collect(),
+            fails: |_| false,
+            asked: vec![],
+        }
+    }
+
+    pub(super) fn bounded(mut self, lower: f64, upper: f64) -> Self {
+        self.bounds.fill(Bounds { lower, upper });
+        self
+    }
+
+    pub(super) fn failing(mut self, fails: fn(&[f64]) -> bool) -> Self {
+        self.fails = fails;
+        self
+    }
+}
+
+impl<F: VectorFunction<Error = Infallible>> Problem for Constrained<F> {
+    fn variable_names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    fn variable_bounds(&self) -> &[Bounds] {
+        &self.bounds
+    }
+
+    fn constraint_names(&self) -> &[String] {
+        &self.constraints
+    }
+
+    fn constraint_bounds(&self) -> &[Bounds] {
+        &self.constraint_bounds
+    }
+
+    fn value_names(&self) -> &[String] {
+        &[]
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+        self.asked.push(x.to_vec());
+        if (self.fails)(x) {
+            return Err(AnalysisFailure { reason: "the test forbids it".into() });
+        }
+        let Ok((values, matrix)) = jacobian(&self.function, x);
+        let row = |k: usize| matrix.row(k).iter().copied().collect();
+        Ok(Evaluation {
+            objective: values[0],
+            gradient: row(0),
+            constraints: values[1..].to_vec(),
+            jacobian: (1..values.len()).map(row).collect(),
+            values: vec![],
+        })
+    }
+
+    fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        None
     }
 }
 

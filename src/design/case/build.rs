@@ -2,21 +2,25 @@
 
 use super::document::Document;
 use super::error::nearest;
+use super::flow::flow_analysis;
+use super::quantities::Quantities;
 use super::schema::{
-    BoxTable, CaseTable, ConstraintTable, Limit, MirrorName, PinEntry, PlacementName, Rules, SectionTable,
-    TrailingEdgeName, VariablesTable,
+    BoxTable, CaseTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable, TrailingEdgeName, VariablesTable,
 };
 use super::{Case, CaseError, OptimizerSettings};
 use crate::design::geometry::{Deformation, Geometry, Variable, VariableKind};
 use crate::design::motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
 use crate::design::quantity::{Instruments, Quantity};
-use crate::design::{Bounds, Constraint, DesignError, DesignProblem, ShapeError, ShapeNorm};
+use crate::design::{Bounds, DesignError, DesignProblem, ShapeError, ShapeNorm};
 use crate::ffd::{FfdBox, FfdError, FoldPenalty, Placement};
 use crate::section::{Coordinates, Kulfan, Section, SectionDefinition, TrailingEdge};
 use std::path::Path;
 
 /// Far beyond any use; a slip of the keyboard must not fill the memory.
 const MOST_BOX_POINTS: usize = 10_000;
+
+/// Names of the optimisers; the same as those of `optimize::Method`, which stands above this module.
+const METHODS: [&str; 4] = ["lbfgs", "newton", "slsqp", "sqp"];
 
 /// Builds the case; every error names the key it comes from.
 pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {
@@ -34,16 +38,20 @@ pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &
         None => None,
     };
     let instruments = instruments(document, &table, &geometry, target.as_ref())?;
-    let objective = objective(document, &table)?;
-    let report = table.report.values.iter().map(|name| quantity(document, name, &["report", "values"]));
-    let report: Vec<Quantity> = report.collect::<Result<_, _>>()?;
-    let initial = Initial { document, geometry: &geometry, instruments: &instruments };
-    let constraints = table.constraints.0.iter().map(|(name, bounds)| initial.constraint(name, bounds));
-    let constraints: Vec<Constraint> = constraints.collect::<Result<_, _>>()?;
+    let quantities = Quantities { document, geometry: &geometry, instruments: &instruments };
+    let objective = objective(document, &table, &quantities)?;
+    let mut report = Vec::new();
+    for name in &table.report.values {
+        report.extend(quantities.each(name, &["report", "values"])?);
+    }
+    let mut constraints = Vec::new();
+    for (name, bounds) in &table.constraints.0 {
+        constraints.extend(quantities.constraints(name, bounds)?);
+    }
     let problem = DesignProblem::new(geometry, target, instruments, &objective, &constraints, &report)
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
-    // a case whose start has no value cannot run
-    problem.quantities_at(&problem.start_values()).map_err(|e| document.error(&["objective"], e.to_string()))?;
+    // a case whose start has no value cannot run; whether it has a flow the run tells
+    problem.measures_at_start().map_err(|e| document.error(&["objective"], e.to_string()))?;
     let optimizer = optimizer(document, &table)?;
     let description = table.description.unwrap_or_default();
     Ok(Case { name: table.name, description, text: text.to_string(), problem, optimizer })
@@ -390,21 +398,23 @@ fn instruments(
             document.error(&["fold_penalty", key], error.to_string())
         })?),
     };
-    Ok(Instruments { shape_error, penalty })
+    let flow = flow_analysis(document, table, geometry.section())?;
+    Ok(Instruments { shape_error, penalty, flow })
 }
 
-fn quantity(document: &Document, name: &str, path: &[&str]) -> Result<Quantity, CaseError> {
-    Quantity::parse(name).map_err(|error| document.error(path, error.to_string()))
-}
-
-fn objective(document: &Document, table: &CaseTable) -> Result<Vec<(Quantity, f64)>, CaseError> {
+fn objective(
+    document: &Document,
+    table: &CaseTable,
+    quantities: &Quantities<'_>,
+) -> Result<Vec<(Quantity, f64)>, CaseError> {
     let mut terms = Vec::new();
     for (name, weight) in &table.objective.minimize.0 {
         let path = ["objective", "minimize", name];
         if !weight.is_finite() {
             return Err(document.error(&path, format!("weight {weight} is not finite")));
         }
-        let quantity = quantity(document, name, &path)?;
+        let quantity = quantities.one(name, &path)?;
+        quantities.differentiable(&quantity, &path)?;
         if quantity == Quantity::ShapeError && table.target.is_none() {
             return Err(document.error(&path, DesignError::NoTarget.to_string()));
         }
@@ -416,64 +426,21 @@ fn objective(document: &Document, table: &CaseTable) -> Result<Vec<(Quantity, f6
     Ok(terms)
 }
 
-/// Constraints may be relative to the start.
-struct Initial<'a> {
-    document: &'a Document,
-    geometry: &'a Geometry,
-    instruments: &'a Instruments,
-}
-
-impl Initial<'_> {
-    fn constraint(&self, name: &str, table: &ConstraintTable) -> Result<Constraint, CaseError> {
-        let path = ["constraints", name];
-        let quantity = quantity(self.document, name, &path)?;
-        let limit = |key: &str, limit: &Option<Limit>, missing: f64| -> Result<f64, CaseError> {
-            let value = match limit {
-                None => return Ok(missing),
-                Some(Limit::Absolute(value)) => *value,
-                Some(Limit::TimesInitial(factor)) => factor * self.value(&quantity, &path)?,
-            };
-            if value.is_finite() {
-                Ok(value)
-            } else {
-                Err(self.document.error(&[path[0], name, key], format!("{value} is not finite")))
-            }
-        };
-        let bounds = match (&table.equal, &table.min, &table.max) {
-            (Some(_), None, None) => {
-                let value = limit("equal", &table.equal, 0.0)?;
-                Bounds { lower: value, upper: value }
-            }
-            (None, None, None) => return Err(self.document.error(&path, "give `min`, `max` or `equal`")),
-            (None, min, max) => {
-                Bounds { lower: limit("min", min, f64::NEG_INFINITY)?, upper: limit("max", max, f64::INFINITY)? }
-            }
-            _ => return Err(self.document.error(&path, "`equal` goes with neither `min` nor `max`")),
-        };
-        if bounds.lower > bounds.upper {
-            return Err(self.document.error(&path, format!("min {} is above max {}", bounds.lower, bounds.upper)));
-        }
-        Ok(Constraint { quantity, bounds })
-    }
-
-    fn value(&self, quantity: &Quantity, path: &[&str]) -> Result<f64, CaseError> {
-        let start: Vec<f64> = self.geometry.variables().iter().map(|v| v.start).collect();
-        let value = self.geometry.shape(&start).and_then(|shape| self.instruments.value(quantity, &shape));
-        value.map_err(|error| self.document.error(path, error.to_string()))
-    }
-}
-
 fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings, CaseError> {
     let settings = &table.optimizer;
-    let method = settings.method.clone().unwrap_or_else(|| "lbfgs".into());
-    if !["lbfgs", "newton"].contains(&method.as_str()) {
-        let message = format!("unknown method {method:?}; known: lbfgs, newton");
+    // constraints decide where nothing is said
+    let default = if table.constraints.0.is_empty() { "lbfgs" } else { "slsqp" };
+    let method = settings.method.clone().unwrap_or_else(|| default.into());
+    if !METHODS.contains(&method.as_str()) {
+        let message = format!("unknown method {method:?}; known: {}", METHODS.join(", "));
         return Err(document.error(&["optimizer", "method"], message));
     }
-    if let Some(tolerance) = settings.tolerance
-        && !(tolerance.is_finite() && tolerance > 0.0)
-    {
-        return Err(document.error(&["optimizer", "tolerance"], format!("{tolerance} must be positive")));
+    for (key, value) in [("tolerance", settings.tolerance), ("feasibility", settings.feasibility)] {
+        if let Some(value) = value
+            && !(value.is_finite() && value > 0.0)
+        {
+            return Err(document.error(&["optimizer", key], format!("{value} must be positive")));
+        }
     }
     for (key, value) in [
         ("max_evaluations", settings.max_evaluations),
@@ -489,6 +456,7 @@ fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings
         max_evaluations: settings.max_evaluations,
         max_iterations: settings.max_iterations,
         tolerance: settings.tolerance,
+        feasibility: settings.feasibility,
         memory: settings.memory,
     })
 }

@@ -20,6 +20,7 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
     builtin![
         "l2-match",
         "l2-match-newton",
+        "l2-match-area",
         "l2-5x5-quadratic",
         "l2-5x5-cubic",
         "l2-6x6-cubic",
@@ -29,5 +30,16 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "l2-mixed",
         "mirrored",
         "skewed-pinned",
+        "kulfan-5x5",
+        "kulfan-7x5",
+        "kulfan-free",
+        "naca0024-linear",
+        "naca0024-cubic",
+        "naca0024-quartic",
+        "naca0024-linear-m07",
+        "naca0024-cubic-m07",
+        "naca0024-quartic-m07",
+        "multipoint",
+        "parametric",
     ]
 }

@@ -18,7 +18,10 @@ fn builtin_cases_are_named_as_their_files_and_can_be_built() {
 
 #[test]
 fn gradients_of_every_builtin_case_agree_three_ways() {
-    for builtin in builtin_cases().iter().filter(|c| c.name != "l2-direct") {
+    // the larger flow cases are checked by the validation
+    let large = |name: &str| name.starts_with("kulfan") || name.starts_with("naca0024") || name == "multipoint";
+    let small = |name: &str| name != "l2-direct" && (!large(name) || name == "naca0024-cubic");
+    for builtin in builtin_cases().iter().filter(|c| small(c.name)) {
         let mut case = Case::open(builtin.name).unwrap();
         let mut values = case.problem.start_values();
         for (k, (value, step)) in values.iter_mut().zip(case.problem.steps()).enumerate() {

@@ -4,6 +4,8 @@ mod build;
 mod builtin;
 mod document;
 mod error;
+mod flow;
+mod quantities;
 mod schema;
 
 pub use builtin::{BuiltinCase, builtin_cases};
@@ -17,7 +19,7 @@ use std::path::Path;
 /// The method a case asks for, with its limits; what is `None` is left to the method.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OptimizerSettings {
-    /// "lbfgs" or "newton".
+    /// "lbfgs", "newton" or "slsqp".
     pub method: String,
     /// Largest number of evaluations.
     pub max_evaluations: Option<usize>,
@@ -25,6 +27,8 @@ pub struct OptimizerSettings {
     pub max_iterations: Option<usize>,
     /// Tolerance of the method's convergence test.
     pub tolerance: Option<f64>,
+    /// Largest violation of a constraint that counts as none (slsqp).
+    pub feasibility: Option<f64>,
     /// Pairs of steps and gradients that L-BFGS keeps.
     pub memory: Option<usize>,
 }

@@ -23,6 +23,7 @@ pub(crate) struct CaseTable {
     pub fold_penalty: FoldTable,
     #[serde(default)]
     pub shape_error: ShapeErrorTable,
+    pub flow: Option<FlowTables>,
     pub objective: ObjectiveTable,
     #[serde(default)]
     pub constraints: Ordered<ConstraintTable>,
@@ -149,6 +150,83 @@ pub(crate) struct ShapeErrorTable {
     pub norm: Option<String>,
 }
 
+/// One operating point.
+#[derive(Debug, Clone, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FlowTable {
+    pub name: Option<String>,
+    pub weight: Option<f64>,
+    pub alpha: Option<f64>,
+    pub cl: Option<f64>,
+    pub mach: Option<f64>,
+    pub reynolds: Option<f64>,
+    pub ncrit: Option<f64>,
+    pub trip: Option<Trip>,
+    pub panels: Option<usize>,
+}
+
+/// `[flow]`, or several `[[flow]]`.
+#[derive(Debug, Clone)]
+pub(crate) struct FlowTables(pub Vec<FlowTable>);
+
+impl<'de> Deserialize<'de> for FlowTables {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = FlowTables;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a table [flow], or several [[flow]]")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FlowTables, A::Error> {
+                let table = FlowTable::deserialize(de::value::MapAccessDeserializer::new(map))?;
+                Ok(FlowTables(vec![table]))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<FlowTables, A::Error> {
+                let mut list = Vec::new();
+                while let Some(table) = seq.next_element()? {
+                    list.push(table);
+                }
+                Ok(FlowTables(list))
+            }
+        }
+        deserializer.deserialize_any(Any)
+    }
+}
+
+/// One position for both sides, or one a side; a position at the trailing edge (1) is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Trip(pub [f64; 2]);
+
+impl<'de> Deserialize<'de> for Trip {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = Trip;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("x/c of the trip strips: a number, or two for the upper and the lower side")
+            }
+            fn visit_f64<E: de::Error>(self, both: f64) -> Result<Trip, E> {
+                Ok(Trip([both; 2]))
+            }
+            fn visit_i64<E: de::Error>(self, both: i64) -> Result<Trip, E> {
+                Ok(Trip([both as f64; 2]))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Trip, A::Error> {
+                let mut list: Vec<f64> = Vec::new();
+                while let Some(x) = seq.next_element()? {
+                    list.push(x);
+                }
+                match list[..] {
+                    [both] => Ok(Trip([both; 2])),
+                    [upper, lower] => Ok(Trip([upper, lower])),
+                    _ => Err(de::Error::invalid_length(list.len(), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Any)
+    }
+}
+
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectiveTable {
@@ -177,6 +255,7 @@ pub(crate) struct OptimizerTable {
     pub max_evaluations: Option<usize>,
     pub max_iterations: Option<usize>,
     pub tolerance: Option<f64>,
+    pub feasibility: Option<f64>,
     pub memory: Option<usize>,
 }
 

@@ -9,7 +9,7 @@
 mod line_search;
 mod run;
 
-use super::outcome::check;
+use super::outcome::{check, refuse_constraints};
 use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::Problem;
 use argmin::core::Executor;
@@ -97,7 +97,8 @@ impl Optimizer for Lbfgs {
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
-        check(problem, Self::NAME)?;
+        check(problem)?;
+        refuse_constraints(problem, Self::NAME)?;
         let run = RefCell::new(Run::new(*self, problem, observer));
         let verdict = drive(&run);
         Ok(run.into_inner().problem.into_inner().close(verdict))

@@ -1,0 +1,145 @@
+//! Quantities by name, and constraints on them.
+
+use super::CaseError;
+use super::document::Document;
+use super::error::nearest;
+use super::schema::{ConstraintTable, Limit};
+use crate::design::flow_analysis::{FlowOutput, FlowQuantity, OperatingPoint};
+use crate::design::geometry::Geometry;
+use crate::design::quantity::{Instruments, Quantity};
+use crate::design::{Bounds, Constraint, DesignError};
+
+/// `cd`, `cd at cruise` or `cd_at(cruise)`: output and operating point.
+fn flow_name(name: &str) -> Option<(FlowOutput, Option<&str>)> {
+    let name = name.trim();
+    if let Some(output) = FlowOutput::from_name(name) {
+        return Some((output, None));
+    }
+    let (output, label) = match name.split_once("_at(") {
+        Some((output, rest)) => (output, rest.strip_suffix(')')?),
+        None => name.split_once(" at ")?,
+    };
+    Some((FlowOutput::from_name(output.trim())?, Some(label.trim())))
+}
+
+fn flow_quantity(output: FlowOutput, point: Option<usize>, points: &[OperatingPoint]) -> Quantity {
+    let label = point.filter(|_| points.len() > 1).map(|k| points[k].name.clone()).unwrap_or_default();
+    Quantity::Flow(FlowQuantity { output, point, label })
+}
+
+/// What the names of quantities mean in a case.
+pub(super) struct Quantities<'a> {
+    pub document: &'a Document,
+    pub geometry: &'a Geometry,
+    pub instruments: &'a Instruments,
+}
+
+impl Quantities<'_> {
+    /// The quantity of a name; of the flow at several operating points, its weighted mean.
+    pub fn one(&self, name: &str, path: &[&str]) -> Result<Quantity, CaseError> {
+        if let Some((output, label)) = flow_name(name) {
+            let points = self.points(path)?;
+            let point = match label {
+                None if points.len() == 1 => Some(0),
+                None => None,
+                Some(label) => Some(self.point(label, path)?),
+            };
+            return Ok(flow_quantity(output, point, points));
+        }
+        Quantity::parse(name).map_err(|error| {
+            let mut message = error.to_string();
+            if let Some(near) = nearest(name, FlowOutput::names()) {
+                message += &format!("; did you mean {near}?");
+            }
+            self.document.error(path, message)
+        })
+    }
+
+    /// The quantities of a name: of the flow, one for each operating point; of the fold indicator, one for each
+    /// control point of the box.
+    pub fn each(&self, name: &str, path: &[&str]) -> Result<Vec<Quantity>, CaseError> {
+        if let Some((output, None)) = flow_name(name) {
+            let points = self.points(path)?;
+            return Ok((0..points.len()).map(|k| flow_quantity(output, Some(k), points)).collect());
+        }
+        if name != "fold_indicator" {
+            return Ok(vec![self.one(name, path)?]);
+        }
+        let Some(lattice) = self.geometry.lattice() else {
+            return Err(self.document.error(path, "there is no [box] that could fold"));
+        };
+        let [columns, rows] = lattice.counts();
+        let point = |index: usize| Quantity::FoldIndicator { column: index % columns, row: index / columns, index };
+        Ok((0..columns * rows).map(point).collect())
+    }
+
+    fn points(&self, path: &[&str]) -> Result<&[OperatingPoint], CaseError> {
+        let flow = self.instruments.flow().map_err(|e| self.document.error(path, e.to_string()))?;
+        Ok(flow.points())
+    }
+
+    fn point(&self, label: &str, path: &[&str]) -> Result<usize, CaseError> {
+        let points = self.points(path)?;
+        points.iter().position(|p| p.name == label).ok_or_else(|| {
+            let known: Vec<&str> = points.iter().map(|p| p.name.as_str()).collect();
+            let message = format!("there is no operating point {label:?}; there are: {}", known.join(", "));
+            self.document.error(path, message)
+        })
+    }
+
+    /// Refuses a quantity without derivatives.
+    pub fn differentiable(&self, quantity: &Quantity, path: &[&str]) -> Result<(), CaseError> {
+        match quantity {
+            Quantity::Flow(flow) if !flow.output.has_derivatives() => {
+                let error = DesignError::NoDerivative { name: flow.name() };
+                Err(self.document.error(path, error.to_string()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The constraints of a name, all within the same limits.
+    pub fn constraints(&self, name: &str, table: &ConstraintTable) -> Result<Vec<Constraint>, CaseError> {
+        let path = ["constraints", name];
+        let quantities = self.each(name, &path)?;
+        quantities.iter().try_for_each(|quantity| self.differentiable(quantity, &path))?;
+        quantities.into_iter().map(|quantity| self.constraint(name, quantity, table)).collect()
+    }
+
+    fn constraint(&self, name: &str, quantity: Quantity, table: &ConstraintTable) -> Result<Constraint, CaseError> {
+        let path = ["constraints", name];
+        let limit = |key: &str, limit: &Option<Limit>, missing: f64| -> Result<f64, CaseError> {
+            let value = match limit {
+                None => return Ok(missing),
+                Some(Limit::Absolute(value)) => *value,
+                Some(Limit::TimesInitial(factor)) => factor * self.value(&quantity, &path)?,
+            };
+            if value.is_finite() {
+                Ok(value)
+            } else {
+                Err(self.document.error(&[path[0], name, key], format!("{value} is not finite")))
+            }
+        };
+        let bounds = match (&table.equal, &table.min, &table.max) {
+            (Some(_), None, None) => {
+                let value = limit("equal", &table.equal, 0.0)?;
+                Bounds { lower: value, upper: value }
+            }
+            (None, None, None) => return Err(self.document.error(&path, "give `min`, `max` or `equal`")),
+            (None, min, max) => {
+                Bounds { lower: limit("min", min, f64::NEG_INFINITY)?, upper: limit("max", max, f64::INFINITY)? }
+            }
+            _ => return Err(self.document.error(&path, "`equal` goes with neither `min` nor `max`")),
+        };
+        if bounds.lower > bounds.upper {
+            return Err(self.document.error(&path, format!("min {} is above max {}", bounds.lower, bounds.upper)));
+        }
+        Ok(Constraint { quantity, bounds })
+    }
+
+    fn value(&self, quantity: &Quantity, path: &[&str]) -> Result<f64, CaseError> {
+        let start: Vec<f64> = self.geometry.variables().iter().map(|v| v.start).collect();
+        let value = self.geometry.shape(&start).and_then(|shape| self.instruments.value(quantity, &shape));
+        value.map_err(|error| self.document.error(path, error.to_string()))
+    }
+}

@@ -1,0 +1,245 @@
+//! SLSQP: `basin` takes the steps, this module judges them.
+//!
+//! `basin` separates objective, constraints and gradients, stops on absolute changes and gives up after five restarts
+//! of its quasi-Newton matrix. Here one evaluation serves all, objective and constraints are scaled at the start, the
+//! run ends on the first-order conditions of the problem as it was put, a failed analysis halves the step, and a leg
+//! that gave up is followed by another from where it stood as long as that leads anywhere.
+
+mod bridge;
+
+use super::kkt::Point;
+use super::ledger::Ledger;
+use super::outcome::check;
+use super::verdict as report;
+use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
+use crate::design::Problem;
+use basin::{SelectedFirstOrderState, SlsqpFailure, Solver, State};
+use bridge::{Bridge, Run};
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+
+/// Sequential least-squares programming (Kraft, DFVLR-FB 88-28), for problems with equality, one- and two-sided
+/// constraints and bounds.
+///
+/// Each iteration solves a quadratic model of the Lagrangian (damped BFGS from the identity) under the linearised
+/// constraints, costs one evaluation, rarely more, and approaches feasibility and optimality together; the start need
+/// not be feasible. A failed analysis halves the step, up to ten times.
+///
+/// The run has converged where every constraint is met within
+/// [`feasibility_tolerance`](Self::feasibility_tolerance) and the [KKT residual](Outcome::kkt_residual) is at most
+/// [`optimality_tolerance`](Self::optimality_tolerance) times the largest projected gradient of the objective met so
+/// far, or times 1 if that is less. [`Outcome::multipliers`] and the message tell which constraints hold the design.
+///
+/// Where no constraint can be met any better the run ends as [`Status::Infeasible`] and the message names what stands
+/// against what.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slsqp {
+    /// KKT residual, in units of the largest gradient met (at most 1), at which the run has converged.
+    pub optimality_tolerance: f64,
+    /// Largest violation of a constraint, in its own unit, that counts as none.
+    pub feasibility_tolerance: f64,
+    /// Length of a step along the negative gradient of the objective at the start, in scaled variables: the scale of
+    /// the objective.
+    pub first_step: f64,
+    /// Iterations without progress after which the run has stalled.
+    pub patience: usize,
+    /// Limits of the run.
+    pub limits: Limits,
+}
+
+impl Default for Slsqp {
+    fn default() -> Self {
+        Self {
+            optimality_tolerance: 1e-6,
+            feasibility_tolerance: 1e-9,
+            first_step: 0.1,
+            patience: 40,
+            limits: Limits::default(),
+        }
+    }
+}
+
+impl Slsqp {
+    /// The name in case files.
+    pub const NAME: &'static str = "slsqp";
+
+    fn check(&self) -> Result<(), OptimizeError> {
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        let settings = [
+            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
+            ("patience", self.patience as f64, self.patience >= 1, "at least 1"),
+            ("optimality_tolerance", self.optimality_tolerance, self.optimality_tolerance >= 0.0, "0 or more"),
+            ("feasibility_tolerance", self.feasibility_tolerance, positive(self.feasibility_tolerance), "positive"),
+            ("first_step", self.first_step, positive(self.first_step), "positive"),
+        ];
+        match settings.into_iter().find(|s| !s.2) {
+            Some((setting, value, _, range)) => {
+                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl Optimizer for Slsqp {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn minimize(
+        &self,
+        problem: &mut dyn Problem,
+        observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Outcome, OptimizeError> {
+        self.check()?;
+        check(problem)?;
+        let ledger = Ledger::new(problem, observer, self.limits).feasible_within(self.feasibility_tolerance);
+        let run = RefCell::new(Run::new(ledger, *self));
+        let verdict = drive(&run);
+        Ok(run.into_inner().ledger.close(verdict))
+    }
+}
+
+/// Most legs of a run.
+const LEGS: usize = 20;
+
+/// Why a leg ended.
+enum LegEnd {
+    /// With a reason for the whole run.
+    Verdict(Status, String),
+    /// `basin` saw no way on.
+    GaveUp(Option<SlsqpFailure>),
+    /// The ledger refused an evaluation; it words the reason.
+    Halted,
+}
+
+/// How well a point stands, to see whether a run still gets anywhere.
+#[derive(Debug, Clone, Copy)]
+struct Standing {
+    violation: f64,
+    objective: f64,
+    residual: f64,
+}
+
+impl Standing {
+    const WORST: Self = Self { violation: f64::INFINITY, objective: f64::INFINITY, residual: f64::INFINITY };
+
+    /// Takes over what is better in `point`; whether anything is so by more than round-off.
+    fn improve(&mut self, point: &Point, feasibility: f64) -> bool {
+        let excess = if point.violation <= feasibility { 0.0 } else { point.violation };
+        let gained = excess < 0.99 * self.violation
+            || (excess <= self.violation
+                && (point.evaluation.objective < self.objective - 1e-9 * self.objective.abs()
+                    || point.optimality.residual < 0.9 * self.residual));
+        if gained {
+            // less violation is worth any objective
+            let nearer = excess < 0.99 * self.violation;
+            let objective = if nearer { f64::INFINITY } else { self.objective };
+            self.violation = excess;
+            self.objective = objective.min(point.evaluation.objective);
+            self.residual = self.residual.min(point.optimality.residual);
+        }
+        gained
+    }
+}
+
+/// What the run knows about its progress.
+struct Watch {
+    settings: Slsqp,
+    /// Largest projected gradient of the objective so far.
+    steepest: f64,
+    standing: Standing,
+    /// Iteration of the last gain.
+    gained_at: usize,
+}
+
+impl Watch {
+    /// Judges the point a step led to.
+    fn judge(&mut self, run: &mut Run<'_>, point: &Point) -> Option<(Status, String)> {
+        let settings = self.settings;
+        let slope = point.evaluation.gradient.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
+        self.steepest = self.steepest.max(slope);
+        let wanted = settings.optimality_tolerance * self.steepest.min(1.0);
+        if point.violation <= settings.feasibility_tolerance && point.optimality.residual <= wanted {
+            run.ledger.settle_on(&point.x, &point.evaluation);
+            return Some((Status::Converged, report::converged(&run.ledger, point)));
+        }
+        let iteration = run.ledger.iteration;
+        if self.standing.improve(point, settings.feasibility_tolerance) {
+            self.gained_at = iteration;
+        }
+        if run.ledger.out_of_iterations() {
+            let message = format!(
+                "Stopped at the limit of {iteration} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
+                point.optimality.residual, point.violation
+            );
+            return Some((Status::IterationLimit, message));
+        }
+        (iteration >= self.gained_at + settings.patience)
+            .then(|| report::stuck(&run.ledger, point, settings.feasibility_tolerance))
+    }
+}
+
+/// Runs `basin` leg by leg, each from the point reached with the identity for the Hessian, until there is a reason to
+/// stop.
+fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
+    let mut point = match run.borrow_mut().begin() {
+        Ok(point) => point,
+        Err(failure) => return (Status::Failed, format!("The analysis fails at the start: {failure}.")),
+    };
+    let settings = run.borrow().settings;
+    let mut watch = Watch { settings, steepest: 0.0, standing: Standing::WORST, gained_at: 0 };
+    if let Some(verdict) = watch.judge(&mut run.borrow_mut(), &point) {
+        return verdict;
+    }
+    for _ in 0..LEGS {
+        let before = watch.gained_at;
+        match leg(run, &mut watch, &mut point) {
+            LegEnd::Verdict(status, message) => return (status, message),
+            LegEnd::Halted => return (Status::Interrupted, String::new()),
+            // constraints that no linear model can meet are the same in the next leg
+            LegEnd::GaveUp(Some(SlsqpFailure::IncompatibleConstraints)) => break,
+            LegEnd::GaveUp(_) if watch.gained_at > before => {}
+            LegEnd::GaveUp(_) => break,
+        }
+    }
+    report::stuck(&run.borrow().ledger, &point, settings.feasibility_tolerance)
+}
+
+/// Steps from `point`, which follows, until there is a verdict or `basin` gives up.
+fn leg(run: &RefCell<Run<'_>>, watch: &mut Watch, point: &mut Point) -> LegEnd {
+    run.borrow_mut().stand_at(point);
+    let mut problem = basin::Problem::new(Bridge::new(run));
+    let mut solver = basin::Slsqp::new().with_absolute_accuracy_tolerance(None);
+    let Ok(mut state) = solver.init(&mut problem, SelectedFirstOrderState::new(point.x.clone())) else {
+        return LegEnd::Halted;
+    };
+    loop {
+        let Ok(step) = solver.next_iter(&mut problem, state) else { return LegEnd::Halted };
+        state = step.state;
+        if step.termination.is_some() {
+            return LegEnd::GaveUp(solver.failure());
+        }
+        let mut run = run.borrow_mut();
+        match run.point(state.param()) {
+            Ok(next) => *point = next,
+            // an accepted point has an evaluation; only a run that has ended does not give it
+            Err(_) => return LegEnd::Halted,
+        }
+        run.stand_at(point);
+        rebase(&mut state);
+        run.ledger.iteration += 1;
+        if let Some((status, message)) = watch.judge(&mut run, point) {
+            return LegEnd::Verdict(status, message);
+        }
+    }
+}
+
+/// Calls the objective of the state 0, as it is seen from where it stands.
+fn rebase(state: &mut SelectedFirstOrderState<Vec<f64>>) {
+    let parts = state.current().map(|(x, _, gradient, violation)| (x.clone(), gradient.clone(), violation.clone()));
+    if let Some((x, gradient, violation)) = parts {
+        // x and gradient fit each other as they come from the state
+        let _ = state.replace(x, 0.0, gradient, violation);
+    }
+}

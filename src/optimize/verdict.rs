@@ -1,0 +1,109 @@
+//! The end of a run in words: which constraints hold the design, which cannot be met.
+
+use super::Status;
+use super::kkt::{Point, Side, opposition, reached};
+use super::ledger::{Ledger, norm, violation};
+use crate::design::{Evaluation, Problem};
+
+/// Names listed at most.
+const MOST: usize = 6;
+
+/// The point satisfies the first-order conditions.
+pub(super) fn converged(ledger: &Ledger<'_>, point: &Point) -> String {
+    let mut message = format!(
+        "No direction that keeps the constraints lowers the objective any more: KKT residual {:.1e}, largest violation {:.1e}.",
+        point.optimality.residual, point.violation
+    );
+    message += &holding(ledger, point);
+    message
+}
+
+/// The constraints that hold the design, strongest first, with what they cost.
+fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
+    let bounds = ledger.constraint_bounds();
+    let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);
+    let mut held: Vec<usize> = (0..bounds.len()).filter(|&k| point.optimality.multipliers[k] != 0.0).collect();
+    held.sort_by(|a, b| pull(b).total_cmp(&pull(a)));
+    let words: Vec<String> = held
+        .iter()
+        .take(MOST)
+        .map(|&k| {
+            let row = &point.evaluation.jacobian[k];
+            let place = match reached(point.evaluation.constraints[k], &bounds[k], norm(row)) {
+                Some(Side::Lower) => format!("its minimum {}", bounds[k].lower),
+                Some(Side::Upper) => format!("its maximum {}", bounds[k].upper),
+                _ => format!("its value {}", bounds[k].lower),
+            };
+            let name = &ledger.constraint_names()[k];
+            format!("{name} at {place} (objective {:+.2e} per unit of it)", point.optimality.multipliers[k])
+        })
+        .collect();
+    if words.is_empty() {
+        return if bounds.is_empty() { String::new() } else { " No constraint holds the design.".into() };
+    }
+    let more = if held.len() > MOST { format!(" and {} more", held.len() - MOST) } else { String::new() };
+    format!(" The design is held by {}{more}.", words.join(", "))
+}
+
+/// No step leads on from `point`.
+pub(super) fn stuck(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (Status, String) {
+    if ledger.last_failed() {
+        let message = format!(
+            "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
+            ledger.last_failure(),
+            point.optimality.residual,
+            point.violation
+        );
+        return (Status::Failed, message);
+    }
+    if point.violation > tolerance && ledger.best().is_none_or(|(x, _)| *x == point.x || infeasible(ledger, tolerance))
+    {
+        return (Status::Infeasible, contradiction(ledger, point, tolerance));
+    }
+    let message = format!(
+        "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}",
+        point.optimality.residual,
+        point.violation,
+        holding(ledger, point)
+    );
+    (Status::Stalled, message)
+}
+
+/// Whether no point so far met the constraints.
+fn infeasible(ledger: &Ledger<'_>, tolerance: f64) -> bool {
+    let far = |best: &Evaluation| violation(best, ledger.constraint_bounds()) > tolerance;
+    ledger.best().is_none_or(|(_, best)| far(best))
+}
+
+/// Which constraints are violated, by how much, and what stands against them.
+fn contradiction(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> String {
+    let (bounds, names) = (ledger.constraint_bounds(), ledger.constraint_names());
+    let violated: Vec<String> = (0..bounds.len())
+        .filter(|&k| bounds[k].violation(point.evaluation.constraints[k]) > tolerance)
+        .map(|k| {
+            let value = point.evaluation.constraints[k];
+            let place = if bounds[k].lower == bounds[k].upper {
+                format!("the value {}", bounds[k].lower)
+            } else if value < bounds[k].lower {
+                format!("the minimum {}", bounds[k].lower)
+            } else {
+                format!("the maximum {}", bounds[k].upper)
+            };
+            format!("{} is {value:.6e}, {:.1e} off {place}", names[k], bounds[k].violation(value))
+        })
+        .collect();
+    let (against, by_bounds) = opposition(ledger, &point.x, &point.evaluation, tolerance);
+    let mut opponents: Vec<String> = against.into_iter().map(|k| names[k].clone()).collect();
+    if by_bounds {
+        opponents.push("bounds of variables".into());
+    }
+    let against = if opponents.is_empty() {
+        "they stand against each other, or nothing that is free changes them".to_owned()
+    } else {
+        format!("against them stand {}", opponents.join(", "))
+    };
+    format!(
+        "No design near here meets all constraints: {}; {against}. Relax one of these, free more variables, or start elsewhere.",
+        violated.join("; ")
+    )
+}
