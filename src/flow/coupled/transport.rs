@@ -181,7 +181,7 @@ mod tests {
         // the linear part is in Newton's step
         let log_x = logs(&layout, &next, 2.0);
         for side in Side::BOTH {
-            for j in 0..layout.side() {
+            for j in 0..layout.laminar.len() {
                 let k = profiles.numbering.station(side, j);
                 let moved = (log_x[side.index()][j] - profiles.log_x[side.index()][j]).exp_m1();
                 let [a, b, c, d] = profiles.slopes[k].map(|s| s * moved);
