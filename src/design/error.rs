@@ -31,12 +31,6 @@ pub enum DesignError {
     /// A quantity of the flow, in a problem without one.
     #[error("there is no flow: give a [flow] table with alpha or cl, and reynolds")]
     NoFlow,
-    /// A quantity that can be reported only.
-    #[error("{name} has no derivatives: it can stand in [report], not in objective or constraints")]
-    NoDerivative {
-        /// The quantity.
-        name: String,
-    },
     /// Second derivatives of a flow.
     #[error("{name} has first derivatives only")]
     FlowSecondOrder {

@@ -74,11 +74,6 @@ impl FlowOutput {
         Self::ALL.into_iter().find(|(output, _)| *output == self).map_or("", |(_, name)| name)
     }
 
-    /// Whether the flow solver gives its derivatives; what has none can be reported only.
-    pub fn has_derivatives(self) -> bool {
-        !matches!(self, Self::TransitionUpper | Self::TransitionLower)
-    }
-
     fn of<S: Scalar>(self, base: &[S; BASE]) -> S {
         let [cl, cd, cm, cp_min, upper, lower, alpha] = *base;
         match self {
@@ -284,9 +279,6 @@ impl FlowAnalysis {
         factor: f64,
         slope: &mut [[f64; 2]],
     ) -> Result<f64, DesignError> {
-        if !slope.is_empty() && !quantity.output.has_derivatives() {
-            return Err(DesignError::NoDerivative { name: quantity.name() });
-        }
         let flows = self.flows(self.nodes(control_points));
         if !slope.is_empty() {
             self.differentiate(&flows);
@@ -351,8 +343,8 @@ fn point_gradients(solution: &Solution) -> Option<PointGradients> {
         }
     };
     let held = held.unwrap_or(at_alpha);
-    // transition has no derivatives; quantities of it are refused before they come here
-    Some([held.cl.nodes, held.cd.nodes, held.cm.nodes, held.cp_min.nodes, still(), still(), alpha])
+    let [upper, lower] = held.transition;
+    Some([held.cl.nodes, held.cd.nodes, held.cm.nodes, held.cp_min.nodes, upper.nodes, lower.nodes, alpha])
 }
 
 /// `of` every item, in order, on as many threads as there are processors.

@@ -414,7 +414,6 @@ fn objective(
             return Err(document.error(&path, format!("weight {weight} is not finite")));
         }
         let quantity = quantities.one(name, &path)?;
-        quantities.differentiable(&quantity, &path)?;
         if quantity == Quantity::ShapeError && table.target.is_none() {
             return Err(document.error(&path, DesignError::NoTarget.to_string()));
         }

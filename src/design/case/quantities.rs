@@ -7,7 +7,7 @@ use super::schema::{ConstraintTable, Limit};
 use crate::design::flow_analysis::{FlowOutput, FlowQuantity, OperatingPoint};
 use crate::design::geometry::Geometry;
 use crate::design::quantity::{Instruments, Quantity};
-use crate::design::{Bounds, Constraint, DesignError};
+use crate::design::{Bounds, Constraint};
 
 /// `cd`, `cd at cruise` or `cd_at(cruise)`: output and operating point.
 fn flow_name(name: &str) -> Option<(FlowOutput, Option<&str>)> {
@@ -87,22 +87,9 @@ impl Quantities<'_> {
         })
     }
 
-    /// Refuses a quantity without derivatives.
-    pub fn differentiable(&self, quantity: &Quantity, path: &[&str]) -> Result<(), CaseError> {
-        match quantity {
-            Quantity::Flow(flow) if !flow.output.has_derivatives() => {
-                let error = DesignError::NoDerivative { name: flow.name() };
-                Err(self.document.error(path, error.to_string()))
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// The constraints of a name, all within the same limits.
     pub fn constraints(&self, name: &str, table: &ConstraintTable) -> Result<Vec<Constraint>, CaseError> {
-        let path = ["constraints", name];
-        let quantities = self.each(name, &path)?;
-        quantities.iter().try_for_each(|quantity| self.differentiable(quantity, &path))?;
+        let quantities = self.each(name, &["constraints", name])?;
         quantities.into_iter().map(|quantity| self.constraint(name, quantity, table)).collect()
     }
 

@@ -15,6 +15,7 @@ use super::coupled::duals::{Dual2, gradient};
 use super::coupled::residuals::layer_residuals;
 use super::coupled::response::{FlowResponse, SectionResponse};
 use super::coupled::speeds::per_rate;
+use super::coupled::surface::combine_real;
 use super::coupled::system::{Change, Linearised, Multipliers, Reduced, System};
 use super::coupled::unknowns::{Numbering, Side, Unknowns};
 use super::linear::product;
@@ -25,8 +26,8 @@ use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::Derived;
 use nalgebra::DMatrix;
 
-/// Number of outputs: lift, drag, moment, lowest pressure coefficient.
-pub(crate) const OUTPUTS: usize = 4;
+/// Number of outputs: lift, drag, moment, lowest pressure coefficient, transition on the upper and the lower side.
+pub(crate) const OUTPUTS: usize = 6;
 
 /// Derivatives of one coefficient at fixed angle of attack.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -52,6 +53,8 @@ pub struct Gradients {
     pub cm: Derivatives,
     /// Lowest pressure coefficient.
     pub cp_min: Derivatives,
+    /// Transition on the upper and the lower side, x in chords.
+    pub transition: [Derivatives; 2],
 }
 
 impl Derivatives {
@@ -74,7 +77,13 @@ impl Gradients {
     /// Entries `alpha` are zero, the angle being no input any more.
     pub fn at_fixed_lift(&self) -> Self {
         let turn = |d: &Derivatives| d.at_fixed_lift(&self.cl);
-        Self { cl: turn(&self.cl), cd: turn(&self.cd), cm: turn(&self.cm), cp_min: turn(&self.cp_min) }
+        Self {
+            cl: turn(&self.cl),
+            cd: turn(&self.cd),
+            cm: turn(&self.cm),
+            cp_min: turn(&self.cp_min),
+            transition: [turn(&self.transition[0]), turn(&self.transition[1])],
+        }
     }
 }
 
@@ -136,13 +145,43 @@ pub(crate) fn gradients(solved: &Solved) -> Option<Gradients> {
     influence::add_panels(&reverse, &mut collected);
     wake::add_wake(solved, &reverse, &mut collected);
     surface::add_surface(solved, &reverse, &mut collected);
-    let [cl, cd, cm, cp_min] = collected.finish(solved.nodes);
-    Some(Gradients { cl, cd, cm, cp_min })
+    let mut all = collected.finish(solved.nodes);
+    for side in Side::BOTH {
+        add_abscissas(solved, side, &mut all[TRANSITION + side.index()].nodes);
+    }
+    let [cl, cd, cm, cp_min, upper, lower] = all;
+    Some(Gradients { cl, cd, cm, cp_min, transition: [upper, lower] })
 }
 
 /// Place of the outputs of [`PressureGradient`] among all outputs.
 const PRESSURE_OUTPUTS: [usize; 3] = [0, 2, 3];
 const DRAG: usize = 1;
+/// Place of the transition points among all outputs.
+pub(super) const TRANSITION: usize = 4;
+
+/// The last laminar point of a side: its number, its node index and how fast x changes with that.
+pub(super) fn transition_point(solved: &Solved, side: Side) -> (usize, f64, f64) {
+    let numbering = solved.at.numbering;
+    let point = numbering.point(side, numbering.laminar - 1);
+    let t = solved.at.positions.index[point].re;
+    let spline = &solved.system.section.map.spline;
+    let x: Vec<f64> = solved.nodes.iter().map(|p| p[0]).collect();
+    (point, t, combine_real(&spline.slope_weights(t), &spline.coefficients(&x)))
+}
+
+/// The transition point is read off the abscissas of the nodes.
+fn add_abscissas(solved: &Solved, side: Side, nodes: &mut [[f64; 2]]) {
+    let (_, t, _) = transition_point(solved, side);
+    let spline = &solved.system.section.map.spline;
+    let mut by_x = vec![0.0; nodes.len() + 2];
+    let (first, weights) = spline.weights(t);
+    for (q, w) in weights.iter().enumerate() {
+        by_x[first + q] = *w;
+    }
+    for (node, x) in nodes.iter_mut().zip(spline.coefficients_transposed(&by_x)) {
+        node[0] += x;
+    }
+}
 
 impl Collected {
     fn add_pressure(&mut self, pressure: &PressureGradient) {
@@ -341,6 +380,12 @@ fn output_gradient(
         let end = &at.derived[numbering.stations() - 1];
         let drag = squire_young(end.state.log_theta, end.shape, end.log_speed);
         result.stations[numbering.stations() - 1] = gradient(&drag);
+        return result;
+    }
+    if output >= TRANSITION {
+        let (point, _, slope) = transition_point(solved, Side::BOTH[output - TRANSITION]);
+        let index = gradient(&at.positions.index[point]);
+        result.globals = std::array::from_fn(|k| slope * index[k]);
         return result;
     }
     let by_nodes: Vec<f64> = through_nodes.row(output).iter().copied().collect();

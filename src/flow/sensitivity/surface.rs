@@ -1,7 +1,7 @@
 //! Reverse sweep through the surface coordinate: positions of the stations, splines, projection, sub-panel speeds,
 //! trips; down to the lengths of the panels.
 
-use super::{Collected, Each, OUTPUTS, Reverse, Solved};
+use super::{Collected, Each, OUTPUTS, Reverse, Solved, TRANSITION, transition_point};
 use crate::flow::coupled::duals::{Dual2, Dual4, gradient};
 use crate::flow::coupled::projection;
 use crate::flow::coupled::speeds::TOTAL;
@@ -21,7 +21,11 @@ pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Co
     let section = reverse.section;
     let t: Vec<f64> = reverse.at.positions.index.iter().map(|t| t.re).collect();
     let rates: Vec<f64> = t.iter().map(|&t| section.map.rate(t)).collect();
-    let points = at_points(reverse, &t, &rates);
+    let mut points = at_points(reverse, &t, &rates);
+    for side in Side::BOTH {
+        let (point, _, slope) = transition_point(solved, side);
+        points.index[TRANSITION + side.index()][point] += slope;
+    }
     let spline = &section.map.spline;
     for output in 0..OUTPUTS {
         let mut by_arc = vec![0.0; section.len() + 2];
