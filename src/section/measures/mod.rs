@@ -78,11 +78,13 @@ pub enum Measure {
     TrailingEdgeAngle,
     /// Height of the base normal to the chord; negative where the surfaces have changed places.
     TrailingEdgeGap,
+    /// Angle in radians by which the concave parts of the outline turn, smoothed: no reversals of curvature, no concavity.
+    Concavity,
 }
 
 impl Measure {
     /// The names that [`parse`](Self::parse) takes, with 0.25 standing for any station between 0 and 1.
-    pub const NAMES: [&str; 19] = [
+    pub const NAMES: [&str; 20] = [
         "area",
         "perimeter",
         "centroid_x",
@@ -102,9 +104,10 @@ impl Measure {
         "leading_edge_y",
         "trailing_edge_angle",
         "trailing_edge_gap",
+        "concavity",
     ];
 
-    const ALL: [Self; 19] = [
+    const ALL: [Self; 20] = [
         Self::Area,
         Self::Perimeter,
         Self::CentroidX,
@@ -124,6 +127,7 @@ impl Measure {
         Self::LeadingEdgeY,
         Self::TrailingEdgeAngle,
         Self::TrailingEdgeGap,
+        Self::Concavity,
     ];
 
     /// Reads a name; besides `thickness_at(0.25)` also `thickness at 0.25`.
@@ -192,6 +196,7 @@ impl Measure {
             Self::LeadingEdgeY => Ok(section.leading_edge()?[1]),
             Self::TrailingEdgeAngle => section.trailing_edge_angle(),
             Self::TrailingEdgeGap => section.trailing_edge_gap(),
+            Self::Concavity => section.concavity(),
         }
     }
 }

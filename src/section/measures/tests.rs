@@ -237,6 +237,8 @@ fn gradients_by_control_points_agree_by_three_routes() {
             .filter(|m| *name != "naca0024 blunt" || !matches!(m, Measure::CamberX | Measure::Camber))
             // the gap of a sharp trailing edge stays zero
             .filter(|m| section.trailing_edge() == TrailingEdge::Blunt || *m != Measure::TrailingEdgeGap)
+            // a step of one control point is a dent, whose curvature differences do not resolve: by parameters below
+            .filter(|m| *m != Measure::Concavity)
             .collect();
         let f = OfControlPoints { section, measures };
         let x = f.start();
