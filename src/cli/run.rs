@@ -30,7 +30,7 @@ pub(super) struct RunArguments {
     /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit
     #[arg(long)]
     resume: bool,
-    /// Optimiser instead of the case's: lbfgs, newton or slsqp
+    /// Optimiser instead of the case's: lbfgs, newton, slsqp or sqp
     #[arg(long)]
     method: Option<String>,
     /// Print one JSON object (the content of result.json)
