@@ -23,16 +23,12 @@ fn pair(from: [f64; 2], to: [f64; 2]) -> (f64, f64) {
     if square > 0.0 { (0.5 * square.ln(), dy.atan2(dx)) } else { (0.0, 0.0) }
 }
 
-/// The same direction between `low` and `low` + 2π.
+/// The same direction between `low` and `low` + 2π. Without branches: it stands in loops over many points.
 #[inline(always)]
 fn wrapped(angle: f64, low: f64) -> f64 {
-    if angle <= low {
-        angle + TAU
-    } else if angle > low + TAU {
-        angle - TAU
-    } else {
-        angle
-    }
+    let up = if angle <= low { TAU } else { 0.0 };
+    let down = if angle > low + TAU { TAU } else { 0.0 };
+    angle + (up - down)
 }
 
 impl Polar {
@@ -66,24 +62,59 @@ impl Polar {
         Self { points: vertices, log, angle }
     }
 
-    /// What `point` sees of a panel from vertex `ends[0]` to `ends[1]`.
+    /// The pairs of two vertices with all points.
     #[inline(always)]
-    fn seen(&self, point: usize, ends: [usize; 2], direction: f64, low: f64) -> Seen {
-        let [a, b] = [ends[0] * self.points + point, ends[1] * self.points + point];
-        let angles = [wrapped(self.angle[a] - direction, low), wrapped(self.angle[b] - direction, low)];
-        Seen { logs: [self.log[a], self.log[b]], angles }
+    pub fn pairs_of(&self, ends: [usize; 2]) -> Pairs<'_> {
+        let column = |vertex: usize| vertex * self.points..(vertex + 1) * self.points;
+        Pairs { logs: ends.map(|v| &self.log[column(v)]), angles: ends.map(|v| &self.angle[column(v)]) }
     }
 
     /// For the stream function of surface panels: the cut leaves a panel along its right-hand normal.
     #[inline(always)]
     pub fn seen_of_surface(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
-        self.seen(point, ends, panel.angle, -FRAC_PI_2)
+        self.pairs_of(ends).of_surface(point, panel)
     }
 
     /// For the stream function of wake panels: the cut leaves a panel straight ahead.
     #[inline(always)]
     pub fn seen_of_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
-        let Seen { logs, angles: [a, b] } = self.seen(point, ends, panel.angle, 0.0);
+        self.pairs_of(ends).of_wake(point, panel)
+    }
+}
+
+/// A panel between two vertices as all points see it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pairs<'a> {
+    logs: [&'a [f64]; 2],
+    angles: [&'a [f64]; 2],
+}
+
+impl Pairs<'_> {
+    /// The same of the first `points` points: lets loops up to there run without checks of the index.
+    #[inline(always)]
+    pub fn first(self, points: usize) -> Self {
+        Self { logs: self.logs.map(|v| &v[..points]), angles: self.angles.map(|v| &v[..points]) }
+    }
+
+    #[inline(always)]
+    fn seen(&self, point: usize, direction: f64, low: f64) -> Seen {
+        let [a, b] = self.angles;
+        Seen {
+            logs: [self.logs[0][point], self.logs[1][point]],
+            angles: [wrapped(a[point] - direction, low), wrapped(b[point] - direction, low)],
+        }
+    }
+
+    /// See [`Polar::seen_of_surface`].
+    #[inline(always)]
+    pub fn of_surface(&self, point: usize, panel: &Straight) -> Seen {
+        self.seen(point, panel.angle, -FRAC_PI_2)
+    }
+
+    /// See [`Polar::seen_of_wake`].
+    #[inline(always)]
+    pub fn of_wake(&self, point: usize, panel: &Straight) -> Seen {
+        let Seen { logs, angles: [a, b] } = self.seen(point, panel.angle, 0.0);
         Seen { logs, angles: [a - PI, b - PI] }
     }
 }

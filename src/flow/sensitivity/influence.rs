@@ -1,12 +1,12 @@
 //! Reverse sweep through the panel equations: every panel and every node, once for all outputs.
 
-use super::sums::{PanelSums, variables};
+use super::sums::{Dual3, Points, Quantity, Slopes, Table, scatter_ends};
 use super::{Collected, Each, OUTPUTS, Reverse};
 use crate::flow::coupled::duals::{Dual4, Dual8, gradient};
 use crate::flow::coupled::response::{edge_place, wake_points, wake_strength_matrix};
-use crate::flow::panel::kernel::stream_influence;
+use crate::flow::panel::kernel::{Place, stream_influence};
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
-use crate::flow::panel::polar::Straight;
+use crate::flow::panel::polar::{Pairs, Straight};
 use nalgebra::{DMatrix, DVector};
 
 /// Multipliers of the panel equations, negative.
@@ -46,16 +46,6 @@ pub(super) fn origin() -> [Dual4; 2] {
     ORIGIN.map(Dual4::from_re)
 }
 
-/// Adds the gradient of a quantity of a panel seen from a point to the point and the two ends.
-pub(super) fn scatter(g: [f64; 4], weight: f64, point: &mut [f64; 2], ends: [&mut [f64; 2]; 2]) {
-    for (end, target) in ends.into_iter().enumerate() {
-        for c in 0..2 {
-            target[c] += weight * g[2 * end + c];
-            point[c] -= weight * g[2 * end + c];
-        }
-    }
-}
-
 /// The vortex strengths at the nodes and the smoothed defects of a solution.
 pub(super) fn solution_strengths(reverse: &Reverse) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let at = reverse.at;
@@ -65,6 +55,50 @@ pub(super) fn solution_strengths(reverse: &Reverse) -> (Vec<f64>, Vec<f64>, Vec<
     let mut smoothed = nodes;
     crate::flow::coupled::response::smooth(&mut smoothed);
     (strengths, smoothed, wake)
+}
+
+/// Stream function of a panel of the surface.
+struct SurfaceStream<'a> {
+    pairs: Pairs<'a>,
+    panel: Straight,
+    /// At the two ends.
+    strengths: [f64; 2],
+    /// Rise of the defect over the panel.
+    jump: f64,
+}
+
+impl Quantity<3> for SurfaceStream<'_> {
+    fn first(&self, points: usize) -> Self {
+        Self { pairs: self.pairs.first(points), ..*self }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 3] {
+        let influence = self.pairs.of_surface(i, &self.panel).sight(at, length, place).stream();
+        let stream = influence.vortex[0] * self.strengths[0] + influence.vortex[1] * self.strengths[1]
+            - influence.source / length * self.jump;
+        stream.eps
+    }
+}
+
+/// Stream function of a half panel of the wake.
+struct WakeStream<'a> {
+    pairs: Pairs<'a>,
+    panel: Straight,
+    /// At the two ends.
+    strengths: [f64; 2],
+}
+
+impl Quantity<3> for WakeStream<'_> {
+    fn first(&self, points: usize) -> Self {
+        Self { pairs: self.pairs.first(points), ..*self }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 3] {
+        let [a, b] = self.pairs.of_wake(i, &self.panel).sight(at, length, place).wake_stream();
+        (a * self.strengths[0] + b * self.strengths[1]).eps
+    }
 }
 
 pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
@@ -83,39 +117,22 @@ pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
             collected.alpha[output] -= w * (point[1] * sin + point[0] * cos);
         }
     }
-    let lanes: Vec<[f64; OUTPUTS]> = (0..n).map(|i| std::array::from_fn(|output| weights[output][i])).collect();
-    let mut velocity = vec![[0.0; 2]; n];
+    let points = Points::new(&outline.nodes, |output, i| weights[output][i]);
+    let mut slopes = Slopes::zeros(n);
+    let mut by_point = vec![[0.0; 2]; n];
+    let mut table = Table::new(n, n - 1);
     for j in 0..n - 1 {
-        let ends = outline.panel(j);
-        let panel = Straight::new(ends);
+        let panel = Straight::new(outline.panel(j));
         let jump = smoothed[j + 1] - smoothed[j];
-        let mut sums = PanelSums::default();
-        for (i, point) in outline.nodes.iter().enumerate() {
-            let seen = reverse.section.panels.polar.seen_of_surface(i, [j, j + 1], &panel);
-            let (at, length) = variables(&panel, *point);
-            let influence = seen.sight(at, length, outline.place(i, j)).stream();
-            let stream = influence.vortex[0] * strengths[j] + influence.vortex[1] * strengths[j + 1]
-                - influence.source / length * jump;
-            sums.add(&panel, *point, stream.eps, &lanes[i]);
-            let by_point = panel.outer([stream.eps[0], stream.eps[1]]);
-            velocity[i][0] += by_point[0];
-            velocity[i][1] += by_point[1];
-        }
-        for output in 0..OUTPUTS {
-            let by_ends = sums.by_ends(ends, output);
-            for c in 0..2 {
-                collected.nodes[output][j][c] += by_ends[0][c];
-                collected.nodes[output][j + 1][c] += by_ends[1][c];
-            }
-        }
+        let pairs = reverse.section.panels.polar.pairs_of([j, j + 1]);
+        let stream = SurfaceStream { pairs, panel, strengths: [strengths[j], strengths[j + 1]], jump };
+        // the other ends of a sharp edge, too, stand on the first and the last panel
+        slopes.fill(&points, &panel, &stream, &[0, j, j + 1, n - 1], |i| outline.place(i, j));
+        table.enter(j, &panel, &points, &slopes);
+        slopes.add_outer(&panel, &mut by_point);
     }
-    for output in 0..OUTPUTS {
-        for (i, v) in velocity.iter().enumerate() {
-            for c in 0..2 {
-                collected.nodes[output][i][c] += lanes[i][output] * v[c];
-            }
-        }
-    }
+    scatter_ends(&table.sums(&points), &outline.nodes, &mut collected.nodes);
+    points.add_weighted(&by_point, collected);
     if outline.trailing_edge == TrailingEdge::Blunt {
         add_closing(reverse, &weights, &strengths, collected);
     }
@@ -188,37 +205,20 @@ pub(super) fn add_wake_stream(reverse: &Reverse, by_points: &mut Each<Vec<[f64; 
     let strengths = half_panel_strengths(reverse);
     super::edge::add_wake_panels(reverse, &edge, &points, &strengths, by_points, collected);
     let n = outline.len();
-    let lanes: Vec<[f64; OUTPUTS]> = (0..n).map(|i| std::array::from_fn(|output| weights[output][i])).collect();
-    let mut velocity = vec![[0.0; 2]; n];
+    let nodes = Points::new(&outline.nodes, |output, i| weights[output][i]);
+    let mut slopes = Slopes::zeros(n);
+    let mut by_node = vec![[0.0; 2]; n];
+    let mut table = Table::new(n, points.len() - 1);
     for h in 0..points.len() - 1 {
-        let ends = [points[h], points[h + 1]];
-        let panel = Straight::new(ends);
-        let mut sums = PanelSums::default();
-        for (i, node) in outline.nodes.iter().enumerate() {
-            let seen = reverse.flow.polar.seen_of_wake(i, [h, h + 1], &panel);
-            let (at, length) = variables(&panel, *node);
-            let [a, b] = seen.sight(at, length, edge_place(outline, i, h)).wake_stream();
-            let stream = a * strengths[h] + b * strengths[h + 1];
-            sums.add(&panel, *node, stream.eps, &lanes[i]);
-            let by_point = panel.outer([stream.eps[0], stream.eps[1]]);
-            velocity[i][0] += by_point[0];
-            velocity[i][1] += by_point[1];
-        }
-        for output in 0..OUTPUTS {
-            let by_ends = sums.by_ends(ends, output);
-            for c in 0..2 {
-                by_points[output][h][c] += by_ends[0][c];
-                by_points[output][h + 1][c] += by_ends[1][c];
-            }
-        }
+        let panel = Straight::new([points[h], points[h + 1]]);
+        let pairs = reverse.flow.polar.pairs_of([h, h + 1]);
+        let stream = WakeStream { pairs, panel, strengths: [strengths[h], strengths[h + 1]] };
+        slopes.fill(&nodes, &panel, &stream, &[0, n - 1], |i| edge_place(outline, i, h));
+        table.enter(h, &panel, &nodes, &slopes);
+        slopes.add_outer(&panel, &mut by_node);
     }
-    for output in 0..OUTPUTS {
-        for (i, v) in velocity.iter().enumerate() {
-            for c in 0..2 {
-                collected.nodes[output][i][c] += lanes[i][output] * v[c];
-            }
-        }
-    }
+    scatter_ends(&table.sums(&nodes), &points, by_points);
+    nodes.add_weighted(&by_node, collected);
 }
 
 /// Source strengths at the ends of the half panels of the wake.

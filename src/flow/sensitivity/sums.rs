@@ -4,11 +4,15 @@
 //! (dual numbers of width three) the derivatives to the ends of the panel need only sums over the points, which are
 //! turned into the outer frame once a panel.
 
-use super::OUTPUTS;
+use super::{Collected, Each, OUTPUTS};
 use crate::differentiate::Tangent;
 use crate::flow::coupled::duals::{Dual4, gradient};
+use crate::flow::linear::{give_back, large_zeros, product};
+use crate::flow::panel::kernel::Place;
 use crate::flow::panel::polar::Straight;
+use nalgebra::DMatrix;
 use num_dual::DualNum;
+use pulp::NullaryFnOnce;
 
 /// Derivatives with respect to the coordinates of a point in the frame of a panel and the length of the panel.
 pub(super) type Dual3 = Tangent<3>;
@@ -24,6 +28,167 @@ pub(super) fn variables(panel: &Straight, point: [f64; 2]) -> ([Dual3; 2], Dual3
 /// One entry an output.
 type Lanes = [f64; OUTPUTS];
 
+/// Points that see a panel, with their weights.
+pub(super) struct Points {
+    pub x: Vec<f64>,
+    pub y: Vec<f64>,
+    pub weights: Vec<Lanes>,
+}
+
+impl Points {
+    pub fn new(points: &[[f64; 2]], weight: impl Fn(usize, usize) -> f64) -> Self {
+        Self {
+            x: points.iter().map(|p| p[0]).collect(),
+            y: points.iter().map(|p| p[1]).collect(),
+            weights: (0..points.len()).map(|i| std::array::from_fn(|output| weight(output, i))).collect(),
+        }
+    }
+
+    pub fn at(&self, i: usize) -> [f64; 2] {
+        [self.x[i], self.y[i]]
+    }
+
+    /// Adds to the derivatives with respect to the points, nodes of the section, what they see.
+    pub fn add_weighted(&self, by_point: &[[f64; 2]], collected: &mut Collected) {
+        for output in 0..OUTPUTS {
+            for ((node, weights), [x, y]) in collected.nodes[output].iter_mut().zip(&self.weights).zip(by_point) {
+                node[0] += weights[output] * x;
+                node[1] += weights[output] * y;
+            }
+        }
+    }
+}
+
+/// What one panel does at all points; the first three numbers are the derivatives of a quantity with respect to the
+/// coordinates of the point in the frame of the panel and to the length of the panel.
+pub(super) struct Slopes<const N: usize>(pub Vec<[f64; N]>);
+
+impl<const N: usize> Slopes<N> {
+    pub fn zeros(points: usize) -> Self {
+        Self(vec![[0.0; N]; points])
+    }
+
+    /// Evaluates a quantity at all points: at those of `special` where `place` says they are, elsewhere at all others.
+    pub fn fill(
+        &mut self,
+        points: &Points,
+        panel: &Straight,
+        quantity: &impl Quantity<N>,
+        special: &[usize],
+        place: impl Fn(usize) -> Place,
+    ) {
+        pulp::Arch::new().dispatch(Fill { slopes: &mut self.0, points, panel, quantity });
+        for &i in special {
+            let (at, length) = variables(panel, points.at(i));
+            self.0[i] = quantity.at(i, at, length, place(i));
+        }
+    }
+
+    /// Adds the slopes in the outer frame to those of every point.
+    pub fn add_outer(&self, panel: &Straight, by_point: &mut [[f64; 2]]) {
+        for (sum, slopes) in by_point.iter_mut().zip(&self.0) {
+            let [x, y] = panel.outer([slopes[0], slopes[1]]);
+            sum[0] += x;
+            sum[1] += y;
+        }
+    }
+}
+
+/// What a panel does at a point.
+pub(super) trait Quantity<const N: usize> {
+    /// The same for the first `points` points only: lets a loop up to there run without checks of the index.
+    fn first(&self, points: usize) -> Self;
+
+    /// At point `i`, which has the coordinates `at` in the frame of the panel.
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; N];
+}
+
+/// The loop of [`Slopes::fill`], compiled for the vectors the processor has.
+struct Fill<'a, const N: usize, Q> {
+    slopes: &'a mut [[f64; N]],
+    points: &'a Points,
+    panel: &'a Straight,
+    quantity: &'a Q,
+}
+
+impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        fill(self.slopes, self.points, self.panel, self.quantity);
+    }
+}
+
+/// A function of its own, so that the compiler knows that what it writes to is nothing it reads.
+#[inline(always)]
+fn fill<const N: usize, Q: Quantity<N>>(slopes: &mut [[f64; N]], points: &Points, panel: &Straight, quantity: &Q) {
+    let n = slopes.len();
+    let (x, y, quantity) = (&points.x[..n], &points.y[..n], quantity.first(n));
+    for i in 0..n {
+        let (at, length) = variables(panel, [x[i], y[i]]);
+        slopes[i] = quantity.at(i, at, length, Place::Elsewhere);
+    }
+}
+
+/// Numbers that a panel's sums consist of.
+const SUMS: usize = 5;
+
+/// What stands in the sums of all panels, point by point: the sums themselves are one product with the weights.
+pub(super) struct Table {
+    /// A row a point, [`SUMS`] columns a panel.
+    entries: DMatrix<f64>,
+}
+
+impl Table {
+    pub fn new(points: usize, panels: usize) -> Self {
+        Self { entries: large_zeros(points, SUMS * panels) }
+    }
+
+    /// Enters the slopes of panel `j`.
+    pub fn enter<const N: usize>(&mut self, j: usize, panel: &Straight, points: &Points, slopes: &Slopes<N>) {
+        let n = points.x.len();
+        let own = &mut self.entries.as_mut_slice()[SUMS * j * n..SUMS * (j + 1) * n];
+        let (shift, rest) = own.split_at_mut(2 * n);
+        let (turn, stretch) = rest.split_at_mut(2 * n);
+        for (i, slopes) in slopes.0.iter().enumerate() {
+            (shift[i], shift[n + i], stretch[i]) = (slopes[0], slopes[1], slopes[2]);
+            [turn[i], turn[n + i]] = turned(panel, points.at(i), slopes[0], slopes[1]);
+        }
+    }
+
+    /// Adds coefficients of the unit vector along panel `j`, point by point.
+    pub fn enter_turn(&mut self, j: usize, coefficients: impl Iterator<Item = [f64; 2]>) {
+        let n = self.entries.nrows();
+        let turn = &mut self.entries.as_mut_slice()[(SUMS * j + 2) * n..(SUMS * j + 4) * n];
+        for (i, [a, b]) in coefficients.enumerate() {
+            turn[i] += a;
+            turn[n + i] += b;
+        }
+    }
+
+    /// The sums of all panels.
+    pub fn sums(mut self, points: &Points) -> Vec<PanelSums> {
+        let weights = DMatrix::from_fn(OUTPUTS, points.weights.len(), |output, i| points.weights[i][output]);
+        let sums = product(&weights, &self.entries);
+        give_back(&mut self.entries);
+        let column = |k: usize| std::array::from_fn(|output| sums[(output, k)]);
+        let panel = |first: usize| PanelSums {
+            shift: [column(first), column(first + 1)],
+            turn: [column(first + 2), column(first + 3)],
+            stretch: column(first + 4),
+        };
+        (0..sums.ncols()).step_by(SUMS).map(panel).collect()
+    }
+}
+
+/// Coefficients of the unit vector along the panel in the coordinates of a point, times the slopes with respect to those.
+#[inline(always)]
+fn turned(panel: &Straight, point: [f64; 2], by_x: f64, by_z: f64) -> [f64; 2] {
+    let (px, py) = (point[0] - panel.start[0], point[1] - panel.start[1]);
+    [by_x * px + by_z * py, by_x * py - by_z * px]
+}
+
 /// Sums over points of what depends on one panel, all outputs.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PanelSums {
@@ -35,47 +200,32 @@ pub(super) struct PanelSums {
     stretch: Lanes,
 }
 
-#[inline(always)]
-fn add(sum: &mut Lanes, factor: f64, weights: &Lanes) {
-    for output in 0..OUTPUTS {
-        sum[output] += factor * weights[output];
-    }
-}
-
 impl PanelSums {
-    /// Adds `weights` times a quantity whose derivatives with respect to the coordinates of `point` in the frame of
-    /// the panel and to its length are `slopes`.
-    #[inline(always)]
-    pub fn add(&mut self, panel: &Straight, point: [f64; 2], slopes: [f64; 3], weights: &Lanes) {
-        let [by_x, by_z, by_length] = slopes;
-        let (px, py) = (point[0] - panel.start[0], point[1] - panel.start[1]);
-        add(&mut self.shift[0], by_x, weights);
-        add(&mut self.shift[1], by_z, weights);
-        self.add_turn([by_x * px + by_z * py, by_x * py - by_z * px], weights);
-        add(&mut self.stretch, by_length, weights);
-    }
-
-    /// Adds `weights` times a quantity that contains the unit vector along the panel linearly.
-    #[inline(always)]
-    pub fn add_turn(&mut self, coefficients: [f64; 2], weights: &Lanes) {
-        add(&mut self.turn[0], coefficients[0], weights);
-        add(&mut self.turn[1], coefficients[1], weights);
-    }
-
-    /// Derivatives of one output with respect to both ends of the panel.
-    pub fn by_ends(&self, ends: [[f64; 2]; 2], output: usize) -> [[f64; 2]; 2] {
-        let panel = Straight::new(ends);
+    /// Adds the derivatives with respect to both ends of panel `j`, which are `ends`, to those of the chain of points
+    /// the panel is part of.
+    pub fn scatter(&self, ends: [[f64; 2]; 2], j: usize, targets: &mut Each<Vec<[f64; 2]>>) {
         let unit = |end: usize, c: usize| Dual4::from_re(ends[end][c]).derivative(2 * end + c);
         let (dx, dy) = (unit(1, 0) - unit(0, 0), unit(1, 1) - unit(0, 1));
         let length = (dx * dx + dy * dy).sqrt();
         let [tx, ty] = [dx / length, dy / length];
-        let value = tx * self.turn[0][output] + ty * self.turn[1][output] + length * self.stretch[output];
-        let mut g = gradient(&value);
-        // a shift of the start is one of all points the other way
-        let shift = panel.outer([self.shift[0][output], self.shift[1][output]]);
-        for c in 0..2 {
-            g[c] -= shift[c];
+        for (output, targets) in targets.iter_mut().enumerate() {
+            let value = tx * self.turn[0][output] + ty * self.turn[1][output] + length * self.stretch[output];
+            let mut g = gradient(&value);
+            // a shift of the start is one of all points the other way
+            let [along, across] = [self.shift[0][output], self.shift[1][output]];
+            g[0] -= along * tx.re - across * ty.re;
+            g[1] -= along * ty.re + across * tx.re;
+            for c in 0..2 {
+                targets[j][c] += g[c];
+                targets[j + 1][c] += g[2 + c];
+            }
         }
-        [[g[0], g[1]], [g[2], g[3]]]
+    }
+}
+
+/// Adds the derivatives with respect to the ends of consecutive panels.
+pub(super) fn scatter_ends(sums: &[PanelSums], ends: &[[f64; 2]], targets: &mut Each<Vec<[f64; 2]>>) {
+    for (j, sums) in sums.iter().enumerate() {
+        sums.scatter([ends[j], ends[j + 1]], j, targets);
     }
 }
