@@ -1,6 +1,8 @@
-//! Ways to a converged flow where the direct one fails, cheapest first.
+//! Ways to a converged flow where the direct one fails, cheapest first: other numbers of stations, then branches of
+//! solutions from conditions that are easier.
 
 use super::analysis::Case;
+use super::arclength::Parameter;
 use super::continuation::Place;
 use super::coupled::layout::Layout;
 use super::coupled::newton::{self, Converged};
@@ -9,25 +11,30 @@ use super::coupled::response::FlowResponse;
 use super::coupled::system::System;
 use super::coupled::transport::resample;
 use super::coupled::unknowns::Unknowns;
+use super::panel::outline::Outline;
+use super::panel::polar::Straight;
 use super::solution::Attempt;
 
-/// Work after which the search ends, in Newton iterations with all stations.
-const BUDGET: f64 = 1200.0;
+/// Work after which the search ends, in Newton iterations with all stations, and that of the last hope behind it.
+const BUDGET: f64 = 850.0;
+const LAST_HOPE: f64 = 100.0;
 /// Iterations of one attempt.
 const PROJECTED: usize = 18;
 const DIRECT: usize = 25;
+/// Residual of the solutions that are only a start.
+const TOLERANCE: f64 = 1e-5;
 /// Laminar stations of the coarser and finer layouts tried, over those wanted.
-const LAYOUTS: [f64; 4] = [0.6, 0.8, 0.45, 1.25];
+const LAYOUTS: [f64; 2] = [0.6, 0.8];
+const MORE_LAYOUTS: [f64; 2] = [0.45, 1.25];
 /// The same, as a last hope.
 const SPARE_LAYOUTS: [f64; 4] = [0.9, 0.7, 1.1, 0.35];
-/// Stations on the way along a continuation, over those wanted.
-const FEWER: f64 = 0.6;
-/// Neighbouring angles of attack tried, in degrees from the one wanted.
-const NEAR: [f64; 4] = [-1.0, 1.0, -2.0, 2.0];
-const FAR: [f64; 2] = [-4.0, 4.0];
-const ANGLES_WITH_TRIPS: [f64; 4] = [-2.0, 2.0, -5.0, 5.0];
-/// Reynolds numbers from which to start, over that wanted.
-const THINNER: [f64; 2] = [3.0, 8.0];
+/// Stations of the layouts on which branches are followed, over those wanted.
+const BRANCH_LAYOUTS: [f64; 2] = [0.6, 1.0];
+/// Angles of attack from which branches are followed, in degrees from the one wanted, positive to higher lift by
+/// magnitude.
+const NEAR: [f64; 2] = [-2.0, -4.0];
+const FAR: [f64; 3] = [-8.0, 2.0, 4.0];
+const ANGLES_WITH_TRIPS: [f64; 2] = [-4.0, -8.0];
 /// Temporary trips from which to start, over the lengths of the sides.
 const EARLY_TRIP: f64 = 0.02;
 
@@ -36,8 +43,11 @@ pub(super) struct Ladder<'a> {
     pub(super) case: &'a Case<'a>,
     pub(super) flow: &'a FlowResponse,
     pub(super) stagnation: f64,
+    /// Sign of the lift without a layer.
+    lift: f64,
     attempts: Vec<Attempt>,
     work: f64,
+    limit: f64,
     /// A solution with other numbers of stations from which none with those wanted was reached.
     spare: Option<(Layout, Unknowns)>,
 }
@@ -49,19 +59,19 @@ impl<'a> Ladder<'a> {
     /// For a flow of which `attempts` have been made.
     pub fn new(case: &'a Case<'a>, flow: &'a FlowResponse, attempts: Vec<Attempt>) -> Self {
         let stagnation = case.system(flow, &case.condition, &case.layout).start().stagnation;
-        Self { case, flow, stagnation, attempts, work: 0.0, spare: None }
+        let lift = circulation(&case.section.response.panels.outline, &flow.inviscid).signum();
+        Self { case, flow, stagnation, lift, attempts, work: 0.0, limit: BUDGET, spare: None }
     }
 
     /// Tries everything; `None` where nothing converged. With it what was tried.
     pub fn climb(mut self) -> (Option<Found>, Vec<Attempt>) {
         let found = self
             .other_layouts(&LAYOUTS)
-            .or_else(|| self.neighbouring_angles(FEWER, &NEAR))
-            .or_else(|| self.temporary_trips(FEWER))
-            .or_else(|| self.temporary_trips(1.0))
-            .or_else(|| self.higher_reynolds(FEWER))
-            .or_else(|| self.angles_with_trips(FEWER))
-            .or_else(|| self.neighbouring_angles(FEWER, &FAR));
+            .or_else(|| self.by_angles(&NEAR))
+            .or_else(|| self.by_trips())
+            .or_else(|| self.by_angles_with_trips())
+            .or_else(|| self.by_angles(&FAR))
+            .or_else(|| self.other_layouts(&MORE_LAYOUTS));
         let found = match found {
             Some(end) => Some((end, self.case.layout.clone())),
             None => self.with_other_stations(),
@@ -72,7 +82,7 @@ impl<'a> Ladder<'a> {
     /// The flow with other numbers of stations than those wanted, where that is all there is.
     fn with_other_stations(&mut self) -> Option<Found> {
         if self.spare.is_none() {
-            self.work = 0.5 * BUDGET;
+            self.limit = self.work + LAST_HOPE;
             self.other_layouts(&SPARE_LAYOUTS);
         }
         let (layout, start) = self.spare.take()?;
@@ -84,11 +94,7 @@ impl<'a> Ladder<'a> {
     }
 
     pub(super) fn exhausted(&self) -> bool {
-        self.work > BUDGET
-    }
-
-    pub(super) fn work(&self) -> f64 {
-        self.work
+        self.work > self.limit
     }
 
     pub(super) fn note(&mut self, what: &str, end: &Converged) {
@@ -97,13 +103,13 @@ impl<'a> Ladder<'a> {
     }
 
     /// Work of an iteration with so many stations, over that with those wanted.
-    pub(super) fn effort(&self, stations: usize) -> f64 {
+    fn effort(&self, stations: usize) -> f64 {
         let Layout { wake, .. } = self.case.layout;
         (stations as f64 / (2 * self.case.layout.side() + wake) as f64).powi(2)
     }
 
     /// The two quick ways: directly, and with a march after each step.
-    pub(super) fn quick(&mut self, system: &System, start: Unknowns, tolerance: f64, what: &str) -> Option<Converged> {
+    fn quick(&mut self, system: &System, start: Unknowns, tolerance: f64, what: &str) -> Option<Converged> {
         let end = newton::solve(system, start.clone(), tolerance, DIRECT);
         self.note(what, &end);
         if end.converged {
@@ -126,7 +132,9 @@ impl<'a> Ladder<'a> {
             let case = self.case;
             let system = case.system(self.flow, &case.condition, &layout);
             let what = format!("{laminar} laminar stations");
-            let end = self.quick(&system, system.march(&system.start()), 1e-5, &what)?;
+            let end = newton::solve(&system, system.march(&system.start()), TOLERANCE, DIRECT);
+            self.note(&what, &end);
+            let end = end.converged.then_some(end)?;
             self.land(&layout, &end.unknowns, &what)
         })
     }
@@ -149,49 +157,56 @@ impl<'a> Ladder<'a> {
         Layout::new(fewer(laminar), fewer(turbulent), *wake)
     }
 
-    /// Solves at a neighbouring angle of attack and goes from there in steps.
-    fn neighbouring_angles(&mut self, share: f64, angles: &[f64]) -> Option<Converged> {
-        let layout = self.fewer(share);
-        angles.iter().find_map(|offset| {
-            let what = format!("{offset:+} degrees");
-            let end =
-                self.travel(&layout, &what, None, |t| Place { turned: (1.0 - t) * offset, ..Place::default() })?;
-            self.land(&layout, &end, &what)
+    /// Solves at a neighbouring angle of attack and follows the branch from there.
+    fn by_angles(&mut self, angles: &[f64]) -> Option<Converged> {
+        angles.iter().find_map(|by| {
+            let turned = by * self.lift;
+            let what = format!("{turned:+} degrees");
+            self.by_place(&what, Place { turned, ..Place::default() }, &[Parameter::Angle])
         })
     }
 
-    /// Solves with trips close to the nose and moves them downstream in steps.
-    fn temporary_trips(&mut self, share: f64) -> Option<Converged> {
-        let layout = self.fewer(share);
-        self.trips_moved(&layout, None)
-    }
-
-    fn trips_moved(&mut self, layout: &Layout, from: Option<Unknowns>) -> Option<Converged> {
+    /// Solves with trips close to the nose and follows the branch along which they move downstream.
+    fn by_trips(&mut self) -> Option<Converged> {
         let what = format!("trips at {EARLY_TRIP} of the sides");
-        let end =
-            self.travel(layout, &what, from, |t| Place { trips: EARLY_TRIP.powf(1.0 - t), ..Place::default() })?;
-        self.land(layout, &end, &what)
+        self.by_place(&what, Place { trips: EARLY_TRIP, ..Place::default() }, &[Parameter::Trips])
     }
 
-    /// The same, with the trips at a neighbouring angle of attack first.
-    fn angles_with_trips(&mut self, share: f64) -> Option<Converged> {
-        let layout = self.fewer(share);
-        ANGLES_WITH_TRIPS.into_iter().find_map(|offset| {
-            let what = format!("trips at {EARLY_TRIP} of the sides, {offset:+} degrees");
-            let place = |t: f64| Place { turned: (1.0 - t) * offset, trips: EARLY_TRIP, ..Place::default() };
-            let turned = self.travel(&layout, &what, None, place)?;
-            self.trips_moved(&layout, Some(turned))
+    /// The same from a neighbouring angle of attack: first the angle changes, then the trips move.
+    fn by_angles_with_trips(&mut self) -> Option<Converged> {
+        ANGLES_WITH_TRIPS.into_iter().find_map(|by| {
+            let turned = by * self.lift;
+            let what = format!("trips at {EARLY_TRIP} of the sides, {turned:+} degrees");
+            let place = Place { turned, trips: EARLY_TRIP };
+            self.by_place(&what, place, &[Parameter::Angle, Parameter::Trips])
         })
     }
 
-    /// Solves with a thinner layer, at a higher Reynolds number, and lets it thicken in steps.
-    fn higher_reynolds(&mut self, share: f64) -> Option<Converged> {
-        let layout = self.fewer(share);
-        THINNER.into_iter().find_map(|thinner| {
-            let what = format!("Reynolds number times {thinner}");
-            let place = |t: f64| Place { reynolds: f64::powf(thinner, 1.0 - t), ..Place::default() };
-            let end = self.travel(&layout, &what, None, place)?;
-            self.land(&layout, &end, &what)
+    /// Solves at a place that is easier than the one wanted and follows branches along one parameter after the other.
+    fn by_place(&mut self, what: &str, place: Place, parameters: &[Parameter]) -> Option<Converged> {
+        BRANCH_LAYOUTS.into_iter().find_map(|share| {
+            if self.exhausted() {
+                return None;
+            }
+            let layout = self.fewer(share);
+            let mut place = place;
+            let mut at = self.start_of_branch(&layout, place, what)?;
+            for &parameter in parameters {
+                at = self.follow_branch(&layout, what, at, (parameter, place))?;
+                place = parameter.at(0.0, &place);
+            }
+            self.land(&layout, &at, what)
         })
     }
+
+    /// Work of so many iterations that make no attempt of their own.
+    pub(super) fn spend(&mut self, iterations: f64, layout: &Layout) {
+        self.work += iterations * self.effort(2 * layout.side() + layout.wake);
+    }
+}
+
+/// Circulation of the strengths at the nodes; that of positive lift is positive.
+fn circulation(outline: &Outline, strengths: &[f64]) -> f64 {
+    let mean = |j: usize| 0.5 * (strengths[j] + strengths[j + 1]);
+    (0..outline.len() - 1).map(|j| mean(j) * Straight::new(outline.panel(j)).length).sum()
 }

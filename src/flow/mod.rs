@@ -31,6 +31,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod analysis;
+mod arclength;
 pub(crate) mod boundary_layer;
 mod condition;
 mod continuation;

@@ -16,7 +16,7 @@ const CONTRACTION: f64 = 0.3;
 const STEPS: usize = 8;
 
 /// Residuals of all equations at some unknowns.
-pub(super) struct Evaluated {
+pub(crate) struct Evaluated {
     blocks: Vec<[f64; 3]>,
     speed: Vec<f64>,
     transition: [f64; 2],
@@ -45,7 +45,7 @@ impl Evaluated {
         self.all().map(|r| r * r).sum::<f64>().sqrt()
     }
 
-    fn largest(&self) -> f64 {
+    pub fn largest(&self) -> f64 {
         self.all().fold(0.0, |worst: f64, r| worst.max(r.abs()))
     }
 

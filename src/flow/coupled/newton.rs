@@ -5,7 +5,7 @@ use super::duals::gradient;
 use super::project::Keep;
 use super::system::{Change, Linearised, Reduced, System};
 use super::transport::Profiles;
-use super::unknowns::{Side, Unknowns};
+use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::boundary_layer::station::Regime;
 
 /// How an iteration ended.
@@ -29,6 +29,9 @@ const GROWTH: f64 = 1.3;
 const SMALL: f64 = 0.3;
 /// Lengths of one step tried.
 const SHORTER: usize = 4;
+
+/// Largest logarithm of Hk - 1: far beyond any layer, and short of an overflow.
+const LARGEST_LOG_SHAPE: f64 = 8.0;
 
 /// Largest changes of one step.
 const LOG_THETA: f64 = 0.4;
@@ -78,7 +81,7 @@ fn moved(system: &System, unknowns: &Unknowns, change: &Change, factor: f64) -> 
     let mut next = unknowns.clone();
     for (state, [theta, shape, third, speed]) in next.stations.iter_mut().zip(&change.stations) {
         state.log_theta += factor * theta;
-        state.log_shape = (state.log_shape + factor * shape).min(4.0);
+        state.log_shape = (state.log_shape + factor * shape).min(LARGEST_LOG_SHAPE);
         state.third += factor * third;
         state.log_speed += factor * speed;
     }
@@ -105,6 +108,46 @@ fn size(system: &System, at: &Linearised, unknowns: &Unknowns, change: &Change) 
         globals += (change.globals[1 + side.index()] / room(system, unknowns, side, change)).powi(2);
     }
     (sum / count + globals).sqrt()
+}
+
+/// The unknowns after a step, the layer staying where it is when the stations move.
+pub(crate) fn carried(system: &System, unknowns: &Unknowns, change: &Change, factor: f64) -> Unknowns {
+    let total = system.section.map.total;
+    let profiles = Profiles::new(system.layout, unknowns, total);
+    profiles.carried(system.layout, &moved(system, unknowns, change, factor), total)
+}
+
+/// The largest factor of `change` within the limits of one step.
+pub(crate) fn admissible_factor(system: &System, at: &Linearised, unknowns: &Unknowns, change: &Change) -> f64 {
+    let profiles = Profiles::new(system.layout, unknowns, system.section.map.total);
+    admissible(system, at, &profiles, unknowns, change)
+}
+
+/// A scalar product of changes, every unknown measured by the largest change of one step.
+pub(crate) struct Metric {
+    numbering: Numbering,
+    transition: [f64; 2],
+}
+
+impl Metric {
+    pub fn new(system: &System, unknowns: &Unknowns) -> Self {
+        Self { numbering: Numbering::new(system.layout), transition: unknowns.transition.map(|x| 0.3 * x) }
+    }
+
+    pub fn dot(&self, a: &Change, b: &Change) -> f64 {
+        let mut sum = 0.0;
+        for (k, (a, b)) in a.stations.iter().zip(&b.stations).enumerate() {
+            let third = if self.numbering.regime(k) == Regime::Laminar { AMPLIFICATION } else { LOG_STRESS };
+            for (i, scale) in [LOG_THETA, LOG_SHAPE, third, LOG_SPEED].into_iter().enumerate() {
+                sum += a[i] * b[i] / (scale * scale);
+            }
+        }
+        let mut globals = a.globals[0] * b.globals[0] / (0.02 * 0.02);
+        for side in 0..2 {
+            globals += a.globals[1 + side] * b.globals[1 + side] / self.transition[side].powi(2);
+        }
+        sum / (4 * a.stations.len()) as f64 + globals
+    }
 }
 
 /// The step shortened until what it leaves to do, by the same Jacobian, is no more than there was (natural monotonicity;

@@ -244,6 +244,37 @@ impl FlowResponse {
     }
 }
 
+/// What the onset flow alone does.
+#[derive(Debug, Clone)]
+pub(crate) struct Onset {
+    pub alpha: f64,
+    /// Strengths at the nodes, and as spline coefficients.
+    pub inviscid: Vec<f64>,
+    pub inviscid_spline: Vec<f64>,
+    /// Speed along the wake.
+    pub wake_inviscid: Vec<f64>,
+}
+
+impl FlowResponse {
+    /// The onset flow at another angle of attack; the wake stays where it is.
+    pub fn onset(&self, section: &SectionResponse, alpha: f64) -> Onset {
+        let inviscid = section.panels.strengths(alpha);
+        let onset = self.wake_tangents.iter().map(|t| t[0] * alpha.cos() + t[1] * alpha.sin());
+        let surface = &self.wake_by_strength * nalgebra::DVector::from_column_slice(&inviscid);
+        let mut wake_inviscid: Vec<f64> = onset.zip(surface.iter()).map(|(a, b)| a + b).collect();
+        // the first node of the wake takes the speed of the edge
+        wake_inviscid[0] = surface[0];
+        Onset { alpha, inviscid_spline: section.map.spline.coefficients(&inviscid), inviscid, wake_inviscid }
+    }
+
+    /// Takes that onset flow.
+    pub fn turn(&mut self, onset: Onset) {
+        let Onset { alpha, inviscid, inviscid_spline, wake_inviscid } = onset;
+        (self.alpha, self.inviscid) = (alpha, inviscid);
+        (self.inviscid_spline, self.wake_inviscid) = (inviscid_spline, wake_inviscid);
+    }
+}
+
 /// Strengths at the ends of the half panels of the wake per defect at its nodes.
 pub(crate) fn wake_strength_matrix(distances: &[f64]) -> DMatrix<f64> {
     let rows = wake::source_strengths(distances);

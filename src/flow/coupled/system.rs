@@ -8,8 +8,8 @@ use super::chain::{self, Block, Layer};
 use super::duals::{Dual4, Dual8, gradient};
 use super::eliminate::Elimination;
 use super::layout::Layout;
-use super::response::{FlowResponse, SectionResponse};
-use super::speeds::{EdgeSpeeds, Positions, SpeedsByMass};
+use super::response::{FlowResponse, Onset, SectionResponse};
+use super::speeds::{EdgeSpeeds, Positions, SpeedsByMass, value_at};
 use super::transition;
 use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::boundary_layer::gas::Gas;
@@ -144,6 +144,23 @@ pub(crate) struct Change {
 }
 
 impl Change {
+    /// This change times a factor.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        for v in self.stations.as_flattened_mut().iter_mut().chain(&mut self.globals) {
+            *v *= factor;
+        }
+        self
+    }
+
+    /// This change and `factor` times another.
+    pub fn plus(mut self, other: &Self, factor: f64) -> Self {
+        let stations = self.stations.as_flattened_mut().iter_mut().zip(other.stations.as_flattened());
+        for (a, b) in stations.chain(self.globals.iter_mut().zip(&other.globals)) {
+            *a += factor * b;
+        }
+        self
+    }
+
     pub fn is_finite(&self) -> bool {
         self.globals.iter().chain(self.stations.iter().flatten()).all(|v| v.is_finite())
     }
@@ -237,6 +254,30 @@ impl<'a> Reduced<'a> {
             transition: system.transition.map(|t| t.re),
             stagnation: system.speeds.points[system.numbering.side].re,
         })
+    }
+
+    /// Minus the inverse Jacobian times the derivative of the residuals by the onset flow, which changes by `factor`
+    /// times `onset`.
+    pub fn by_onset(&self, section: &SectionResponse, onset: &Onset, factor: f64) -> Change {
+        let system = self.system;
+        let n = &system.numbering;
+        let at = |p: usize| value_at(section, &onset.inviscid_spline, system.positions.index[p].re);
+        let speed: Vec<f64> = (0..n.stations())
+            .map(|k| match n.on_side(k) {
+                Some((side, j)) => -factor * side.sign() * at(n.point(side, j)),
+                None => -factor * onset.wake_inviscid[k - n.wake_start()],
+            })
+            .collect();
+        let blocks = vec![[0.0; 3]; n.stations()];
+        self.solve(&Residuals { blocks: &blocks, speed: &speed, transition: [0.0; 2], stagnation: factor * at(n.side) })
+    }
+
+    /// The same for trips whose arc lengths change at the given rates.
+    pub fn by_trips(&self, rates: [f64; 2]) -> Change {
+        let n = self.system.numbering.stations();
+        let slope = |side: Side| gradient(&self.system.transition[side.index()])[BY_TRIP];
+        let transition = Side::BOTH.map(|side| slope(side) * rates[side.index()]);
+        self.solve(&Residuals { blocks: &vec![[0.0; 3]; n], speed: &vec![0.0; n], transition, stagnation: 0.0 })
     }
 
     /// Minus the inverse Jacobian times any residuals.
