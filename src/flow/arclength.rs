@@ -28,6 +28,8 @@ const EASY: f64 = 3.2;
 const SHORTER: f64 = 0.4;
 /// Steps after a failure before they grow again.
 const CAUTION: usize = 2;
+/// Work after which a branch is given up, in Newton iterations with all stations.
+const WORK: f64 = 500.0;
 /// Most steps.
 const STEPS: usize = 300;
 /// Angle, in degrees, and ratio of the places of trips that count as a step of one.
@@ -111,10 +113,14 @@ impl Ladder<'_> {
         let start = parameter.value(&place);
         let mut at = Point { unknowns: from, value: start };
         let mut heading: Option<Direction> = None;
+        let limit = self.work() + WORK;
         let mut stride = Stride { length: FIRST_STEP, successes: CAUTION };
         for count in 1..=STEPS {
             // a branch that has come back behind its start goes nowhere
-            if self.exhausted() || (at.value.abs() - start.abs()) * parameter.weight().sqrt() > BEHIND {
+            if self.exhausted()
+                || self.work() > limit
+                || (at.value.abs() - start.abs()) * parameter.weight().sqrt() > BEHIND
+            {
                 break;
             }
             branch.set(self, at.value);

@@ -16,11 +16,13 @@ use super::panel::polar::Straight;
 use super::solution::Attempt;
 
 /// Work after which the search ends, in Newton iterations with all stations, and that of the last hope behind it.
-const BUDGET: f64 = 850.0;
+const BUDGET: f64 = 1050.0;
 const LAST_HOPE: f64 = 100.0;
 /// Iterations of one attempt.
 const PROJECTED: usize = 18;
 const DIRECT: usize = 25;
+/// Iterations without progress after which an attempt is given up: fewer than elsewhere, there are others.
+pub(super) const PATIENCE: usize = 5;
 /// Residual of the solutions that are only a start.
 const TOLERANCE: f64 = 1e-5;
 /// Laminar stations of the coarser and finer layouts tried, over those wanted.
@@ -68,10 +70,10 @@ impl<'a> Ladder<'a> {
         let found = self
             .other_layouts(&LAYOUTS)
             .or_else(|| self.by_angles(&NEAR))
+            .or_else(|| self.other_layouts(&MORE_LAYOUTS))
             .or_else(|| self.by_trips())
             .or_else(|| self.by_angles_with_trips())
-            .or_else(|| self.by_angles(&FAR))
-            .or_else(|| self.other_layouts(&MORE_LAYOUTS));
+            .or_else(|| self.by_angles(&FAR));
         let found = match found {
             Some(end) => Some((end, self.case.layout.clone())),
             None => self.with_other_stations(),
@@ -93,6 +95,10 @@ impl<'a> Ladder<'a> {
         end.converged.then_some((end, layout))
     }
 
+    pub(super) fn work(&self) -> f64 {
+        self.work
+    }
+
     pub(super) fn exhausted(&self) -> bool {
         self.work > self.limit
     }
@@ -110,7 +116,7 @@ impl<'a> Ladder<'a> {
 
     /// The two quick ways: directly, and with a march after each step.
     fn quick(&mut self, system: &System, start: Unknowns, tolerance: f64, what: &str) -> Option<Converged> {
-        let end = newton::solve(system, start.clone(), tolerance, DIRECT);
+        let end = newton::solve_patiently(system, start.clone(), tolerance, DIRECT, PATIENCE);
         self.note(what, &end);
         if end.converged {
             return Some(end);
@@ -132,9 +138,7 @@ impl<'a> Ladder<'a> {
             let case = self.case;
             let system = case.system(self.flow, &case.condition, &layout);
             let what = format!("{laminar} laminar stations");
-            let end = newton::solve(&system, system.march(&system.start()), TOLERANCE, DIRECT);
-            self.note(&what, &end);
-            let end = end.converged.then_some(end)?;
+            let end = self.quick(&system, system.march(&system.start()), TOLERANCE, &what)?;
             self.land(&layout, &end.unknowns, &what)
         })
     }
