@@ -16,7 +16,7 @@ use super::panel::polar::Straight;
 use super::solution::Attempt;
 
 /// Work after which the search ends, in Newton iterations with all stations, and that of the last hope behind it.
-const BUDGET: f64 = 1050.0;
+const BUDGET: f64 = 1150.0;
 const LAST_HOPE: f64 = 100.0;
 /// Iterations of one attempt.
 const PROJECTED: usize = 18;

@@ -12,8 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// Share of points that should converge.
+/// Share of points that should converge, files that are no section counted in: at a Reynolds number of a million, and
+/// at others.
 const SHARE: f64 = 0.99;
+const SHARE_ELSEWHERE: f64 = 0.98;
 /// Points listed among the worst.
 const LISTED: usize = 25;
 
@@ -272,16 +274,19 @@ fn summary(arguments: &Database, points: &[Vec<Point>], seconds: f64, jobs: usiz
                 shown(1.0),
                 format!("{:.1}", iterations as f64 / computed.len().max(1) as f64),
             ]);
-            shares.push((reynolds, alpha, converged as f64 / computed.len().max(1) as f64));
         }
         let all = |p: &&Vec<Point>| p.iter().filter(|p| p.reynolds == reynolds).all(|p| p.status == "converged");
         let every = points.iter().filter(all).count();
         let cells = [format!("{reynolds:.1e}"), "all".into(), sections.to_string(), every.to_string()];
         figures.row(cells.into_iter().chain([percent(every, sections)]));
+        let here: Vec<_> = points.iter().flatten().filter(|p| p.reynolds == reynolds).collect();
+        let converged = here.iter().filter(|p| p.status == "converged").count();
+        shares.push((reynolds, converged as f64 / here.len().max(1) as f64));
     }
     sheet.set_figures(figures);
-    for (reynolds, alpha, share) in shares {
-        sheet.at_least(&format!("share that converges, Re {reynolds:.1e}, alpha {alpha}"), SHARE, share);
+    for (reynolds, share) in shares {
+        let bar = if reynolds == 1e6 { SHARE } else { SHARE_ELSEWHERE };
+        sheet.at_least(&format!("share of all points that converges, Re {reynolds:.1e}"), bar, share);
     }
     sheet
 }
