@@ -280,13 +280,18 @@ fn summary(arguments: &Database, points: &[Vec<Point>], seconds: f64, jobs: usiz
         let cells = [format!("{reynolds:.1e}"), "all".into(), sections.to_string(), every.to_string()];
         figures.row(cells.into_iter().chain([percent(every, sections)]));
         let here: Vec<_> = points.iter().flatten().filter(|p| p.reynolds == reynolds).collect();
-        let converged = here.iter().filter(|p| p.status == "converged").count();
-        shares.push((reynolds, converged as f64 / here.len().max(1) as f64));
+        let of = |wanted: &[&str]| {
+            let count = here.iter().filter(|p| wanted.contains(&p.status)).count();
+            count as f64 / here.len().max(1) as f64
+        };
+        shares.push((reynolds, of(&["converged"]), of(&["converged", "separated", "supersonic"])));
     }
     sheet.set_figures(figures);
-    for (reynolds, share) in shares {
+    for (reynolds, within, share) in shares {
         let bar = if reynolds == 1e6 { SHARE } else { SHARE_ELSEWHERE };
-        sheet.at_least(&format!("share of all points that converges, Re {reynolds:.1e}"), bar, share);
+        let what =
+            format!("share of all points that converges, Re {reynolds:.1e} ({:.2} % within the model)", 100.0 * within);
+        sheet.at_least(&what, bar, share);
     }
     sheet
 }
