@@ -15,7 +15,7 @@ use super::coupled::newton::{self, Metric};
 use super::coupled::response::FlowResponse;
 use super::coupled::system::{Change, Linearised, Reduced, System};
 use super::coupled::unknowns::Unknowns;
-use super::ladder::Ladder;
+use super::ladder::{self, Ladder};
 use std::f64::consts::FRAC_PI_2;
 
 /// First, largest and smallest step, in the metric of the largest changes of one Newton step.
@@ -42,8 +42,7 @@ const FACTORISATIONS: usize = 4;
 /// Largest residual of the solutions on the way, and that at which a step is given up.
 const TOLERANCE: f64 = 1e-4;
 const LOST: f64 = 30.0;
-/// The same where the parameter is as wanted; iterations there, and those without progress.
-const LANDED: f64 = 1e-5;
+/// Iterations where the parameter is as wanted, and those without progress.
 const LANDING_ITERATIONS: usize = 20;
 const LANDING_PATIENCE: usize = 8;
 /// Contraction of the residuals with which factors are kept, and the residual from which they are used at all.
@@ -134,7 +133,7 @@ impl Ladder<'_> {
                 let end = newton::solve_patiently(
                     &branch.system(self),
                     near.unknowns.clone(),
-                    LANDED,
+                    ladder::TOLERANCE,
                     LANDING_ITERATIONS,
                     LANDING_PATIENCE,
                 );
@@ -244,13 +243,13 @@ impl<'a> Branch<'a> {
             None => -at.value,
         };
         let factor = onward.signum() / length;
-        let direction = Direction { change: by_value.clone().scaled(factor), value: factor };
+        let mut direction = Direction { change: by_value.clone(), value: factor };
+        direction.change.stretch(factor);
         Some(Ahead { reduced, by_value, direction, metric })
     }
 
     /// The next solution, a step along `ahead` and then across it; with it the work that took.
     fn step(&mut self, ladder: &Ladder, from: &Point, ahead: &Ahead, length: f64) -> (Option<Point>, f64) {
-        self.set(ladder, from.value);
         let direction = &ahead.direction;
         let start = newton::carried(&self.system(ladder), &from.unknowns, &direction.change, length);
         let start = Point { unknowns: start, value: from.value + length * direction.value };
@@ -313,12 +312,12 @@ impl<'a> Branch<'a> {
         }
     }
 
-    /// Newton's step `straight`, with the parameter moved so that it leads across the direction; and that move.
-    fn across(&self, ahead: &Ahead, straight: Change, by_value: &Change) -> Option<(Change, f64)> {
+    /// Newton's step `change`, with the parameter moved so that it leads across the direction; and that move.
+    fn across(&self, ahead: &Ahead, mut change: Change, by_value: &Change) -> Option<(Change, f64)> {
         let Ahead { direction, metric, .. } = ahead;
         let along = metric.dot(&direction.change, by_value) + direction.value * self.parameter.weight();
-        let value = -metric.dot(&direction.change, &straight) / along;
-        let change = straight.plus(by_value, value);
+        let value = -metric.dot(&direction.change, &change) / along;
+        change.add(by_value, value);
         change.is_finite().then_some((change, value))
     }
 }

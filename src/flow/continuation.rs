@@ -6,11 +6,7 @@ use super::coupled::newton;
 use super::coupled::response::FlowResponse;
 use super::coupled::system::System;
 use super::coupled::unknowns::Unknowns;
-use super::ladder::{Ladder, PATIENCE};
-
-/// Iterations of a search there, and the residual at which it ends.
-const ITERATIONS: usize = 25;
-const TOLERANCE: f64 = 1e-5;
+use super::ladder::{DIRECT, Ladder, PATIENCE, TOLERANCE};
 
 /// Such a condition.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +31,7 @@ impl Ladder<'_> {
         let case = self.case;
         let trips = temporary(case, self.stagnation, place.trips);
         let system = System { trips, ..case.system(&flow, &case.condition, layout) };
-        let end = newton::solve_patiently(&system, system.march(&system.start()), TOLERANCE, ITERATIONS, PATIENCE);
+        let end = newton::solve_patiently(&system, system.march(&system.start()), TOLERANCE, DIRECT, PATIENCE);
         self.note(what, &end);
         end.converged.then_some(end.unknowns)
     }

@@ -20,11 +20,11 @@ const BUDGET: f64 = 1150.0;
 const LAST_HOPE: f64 = 100.0;
 /// Iterations of one attempt.
 const PROJECTED: usize = 18;
-const DIRECT: usize = 25;
+pub(super) const DIRECT: usize = 25;
 /// Iterations without progress after which an attempt is given up: fewer than elsewhere, there are others.
 pub(super) const PATIENCE: usize = 5;
 /// Residual of the solutions that are only a start.
-const TOLERANCE: f64 = 1e-5;
+pub(super) const TOLERANCE: f64 = 1e-5;
 /// Laminar stations of the coarser and finer layouts tried, over those wanted.
 const LAYOUTS: [f64; 2] = [0.6, 0.8];
 const MORE_LAYOUTS: [f64; 2] = [0.45, 1.25];

@@ -46,26 +46,13 @@ impl Evaluated {
     }
 
     pub fn largest(&self) -> f64 {
-        self.all().fold(0.0, |worst: f64, r| worst.max(r.abs()))
+        // NaN must not be lost in a maximum
+        self.all().fold(0.0, |worst: f64, r| if r.is_nan() { f64::NAN } else { worst.max(r.abs()) })
     }
 
     pub fn residuals(&self) -> Residuals<'_> {
         let Self { blocks, speed, transition, stagnation } = self;
         Residuals { blocks, speed, transition: *transition, stagnation: *stagnation }
-    }
-}
-
-impl Change {
-    fn dot(&self, other: &Self) -> f64 {
-        let stations = self.stations.as_flattened().iter().zip(other.stations.as_flattened());
-        stations.chain(self.globals.iter().zip(&other.globals)).map(|(a, b)| a * b).sum()
-    }
-
-    fn add(&mut self, other: &Self, factor: f64) {
-        let stations = self.stations.as_flattened_mut().iter_mut().zip(other.stations.as_flattened());
-        for (a, b) in stations.chain(self.globals.iter_mut().zip(&other.globals)) {
-            *a += factor * b;
-        }
     }
 }
 
@@ -139,14 +126,6 @@ pub(crate) fn follow(
         steps.push(next);
     }
     reached
-}
-
-impl Change {
-    fn stretch(&mut self, factor: f64) {
-        for v in self.stations.as_flattened_mut().iter_mut().chain(&mut self.globals) {
-            *v *= factor;
-        }
-    }
 }
 
 impl System<'_> {

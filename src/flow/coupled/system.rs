@@ -144,21 +144,25 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// This change times a factor.
-    pub fn scaled(mut self, factor: f64) -> Self {
-        for v in self.stations.as_flattened_mut().iter_mut().chain(&mut self.globals) {
-            *v *= factor;
-        }
-        self
+    /// Scalar product of the numbers as they are.
+    pub fn dot(&self, other: &Self) -> f64 {
+        let stations = self.stations.as_flattened().iter().zip(other.stations.as_flattened());
+        stations.chain(self.globals.iter().zip(&other.globals)).map(|(a, b)| a * b).sum()
     }
 
-    /// This change and `factor` times another.
-    pub fn plus(mut self, other: &Self, factor: f64) -> Self {
+    /// Adds `factor` times another change.
+    pub fn add(&mut self, other: &Self, factor: f64) {
         let stations = self.stations.as_flattened_mut().iter_mut().zip(other.stations.as_flattened());
         for (a, b) in stations.chain(self.globals.iter_mut().zip(&other.globals)) {
             *a += factor * b;
         }
-        self
+    }
+
+    /// Multiplies by a factor.
+    pub fn stretch(&mut self, factor: f64) {
+        for v in self.stations.as_flattened_mut().iter_mut().chain(&mut self.globals) {
+            *v *= factor;
+        }
     }
 
     pub fn is_finite(&self) -> bool {
