@@ -1,7 +1,7 @@
 //! The ledger of a run: it stands between method and problem, counts, times, reports, keeps the best point and
 //! enforces the limits.
 
-use super::kkt::{Optimality, optimality};
+use super::kkt::{Optimality, Point, optimality};
 use super::{Limits, OptimizeError, Outcome, Progress, Status};
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use nalgebra::DMatrix;
@@ -67,9 +67,13 @@ impl<'a> Ledger<'a> {
         self
     }
 
-    /// The best point so far: the lowest objective among the feasible ones, the least violation before there are any.
-    pub(super) fn best(&self) -> Option<&(Vec<f64>, Evaluation)> {
-        self.best.as_ref()
+    /// The point that a run which ends at `point` hands out: the best so far, which is the lowest objective among the
+    /// feasible ones, and the least violation before there are any.
+    pub(super) fn handed_out(&self, point: &Point) -> Point {
+        match &self.best {
+            Some((x, evaluation)) if *x != point.x => Point::new(self, x, evaluation.clone()),
+            _ => point.clone(),
+        }
     }
 
     /// Declares a point the best whatever came before.

@@ -62,6 +62,7 @@ mod sqp;
 mod testcases;
 mod trust_region;
 mod verdict;
+mod watch;
 
 pub use bounded::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError};

@@ -2,8 +2,8 @@
 
 use super::Status;
 use super::kkt::{Point, Side, opposition, reached};
-use super::ledger::{Ledger, norm, violation};
-use crate::design::{Evaluation, Problem};
+use super::ledger::{Ledger, norm};
+use crate::design::Problem;
 
 /// Names listed at most.
 const MOST: usize = 6;
@@ -45,19 +45,28 @@ fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
     format!(" The design is held by {}{more}.", words.join(", "))
 }
 
-/// No step leads on from `point`.
-pub(super) fn stuck(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (Status, String) {
-    if ledger.last_failed() {
-        let message = format!(
-            "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
-            ledger.last_failure(),
-            point.optimality.residual,
-            point.violation
-        );
-        return (Status::Failed, message);
-    }
-    if point.violation > tolerance && ledger.best().is_none_or(|(x, _)| *x == point.x || infeasible(ledger, tolerance))
-    {
+/// The iterations are used up; `point` is handed out.
+pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Point) -> String {
+    format!(
+        "Stopped at the limit of {} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
+        ledger.iteration, point.optimality.residual, point.violation
+    )
+}
+
+/// All steps from `point` lead to failed analyses.
+pub(super) fn beset(ledger: &Ledger<'_>, point: &Point) -> (Status, String) {
+    let message = format!(
+        "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
+        ledger.last_failure(),
+        point.optimality.residual,
+        point.violation
+    );
+    (Status::Failed, message)
+}
+
+/// No step leads on; `point` is handed out.
+pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (Status, String) {
+    if point.violation > tolerance {
         return (Status::Infeasible, contradiction(ledger, point, tolerance));
     }
     let message = format!(
@@ -67,12 +76,6 @@ pub(super) fn stuck(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (Stat
         holding(ledger, point)
     );
     (Status::Stalled, message)
-}
-
-/// Whether no point so far met the constraints.
-fn infeasible(ledger: &Ledger<'_>, tolerance: f64) -> bool {
-    let far = |best: &Evaluation| violation(best, ledger.constraint_bounds()) > tolerance;
-    ledger.best().is_none_or(|(_, best)| far(best))
 }
 
 /// Which constraints are violated, by how much, and what stands against them.

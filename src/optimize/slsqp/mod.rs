@@ -11,6 +11,7 @@ use super::kkt::Point;
 use super::ledger::Ledger;
 use super::outcome::check;
 use super::verdict as report;
+use super::watch::{Ending, Watch};
 use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::Problem;
 use basin::{SelectedFirstOrderState, SlsqpFailure, Solver, State};
@@ -113,70 +114,43 @@ enum LegEnd {
     Halted,
 }
 
-/// How well a point stands, to see whether a run still gets anywhere.
-#[derive(Debug, Clone, Copy)]
-struct Standing {
-    violation: f64,
-    objective: f64,
-    residual: f64,
-}
-
-impl Standing {
-    const WORST: Self = Self { violation: f64::INFINITY, objective: f64::INFINITY, residual: f64::INFINITY };
-
-    /// Takes over what is better in `point`; whether anything is so by more than round-off.
-    fn improve(&mut self, point: &Point, feasibility: f64) -> bool {
-        let excess = if point.violation <= feasibility { 0.0 } else { point.violation };
-        let gained = excess < 0.99 * self.violation
-            || (excess <= self.violation
-                && (point.evaluation.objective < self.objective - 1e-9 * self.objective.abs()
-                    || point.optimality.residual < 0.9 * self.residual));
-        if gained {
-            // less violation is worth any objective
-            let nearer = excess < 0.99 * self.violation;
-            let objective = if nearer { f64::INFINITY } else { self.objective };
-            self.violation = excess;
-            self.objective = objective.min(point.evaluation.objective);
-            self.residual = self.residual.min(point.optimality.residual);
-        }
-        gained
-    }
-}
-
-/// What the run knows about its progress.
-struct Watch {
+/// Judges the points steps lead to.
+struct Judge {
     settings: Slsqp,
     /// Largest projected gradient of the objective so far.
     steepest: f64,
-    standing: Standing,
-    /// Iteration of the last gain.
-    gained_at: usize,
+    watch: Watch,
 }
 
-impl Watch {
-    /// Judges the point a step led to.
+impl Judge {
+    fn new(settings: Slsqp) -> Self {
+        Self { settings, steepest: 0.0, watch: Watch::new(settings.feasibility_tolerance, settings.patience) }
+    }
+
+    /// The end of the run, if `point` is one.
     fn judge(&mut self, run: &mut Run<'_>, point: &Point) -> Option<(Status, String)> {
-        let settings = self.settings;
         let slope = point.evaluation.gradient.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
         self.steepest = self.steepest.max(slope);
-        let wanted = settings.optimality_tolerance * self.steepest.min(1.0);
-        if point.violation <= settings.feasibility_tolerance && point.optimality.residual <= wanted {
-            run.ledger.settle_on(&point.x, &point.evaluation);
-            return Some((Status::Converged, report::converged(&run.ledger, point)));
+        let wanted = self.settings.optimality_tolerance * self.steepest.min(1.0);
+        Some(match self.watch.judge(&run.ledger, point, wanted)? {
+            Ending::Optimal => {
+                run.ledger.settle_on(&point.x, &point.evaluation);
+                (Status::Converged, report::converged(&run.ledger, point))
+            }
+            Ending::OutOfIterations => {
+                (Status::IterationLimit, report::out_of_iterations(&run.ledger, &run.ledger.handed_out(point)))
+            }
+            Ending::Stalled => self.stuck(&run.ledger, point),
+        })
+    }
+
+    /// No step leads on from `point`.
+    fn stuck(&self, ledger: &Ledger<'_>, point: &Point) -> (Status, String) {
+        let point = ledger.handed_out(point);
+        if ledger.last_failed() {
+            return report::beset(ledger, &point);
         }
-        let iteration = run.ledger.iteration;
-        if self.standing.improve(point, settings.feasibility_tolerance) {
-            self.gained_at = iteration;
-        }
-        if run.ledger.out_of_iterations() {
-            let message = format!(
-                "Stopped at the limit of {iteration} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
-                point.optimality.residual, point.violation
-            );
-            return Some((Status::IterationLimit, message));
-        }
-        (iteration >= self.gained_at + settings.patience)
-            .then(|| report::stuck(&run.ledger, point, settings.feasibility_tolerance))
+        report::at_rest(ledger, &point, self.settings.feasibility_tolerance)
     }
 }
 
@@ -188,26 +162,26 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
         Err(failure) => return (Status::Failed, format!("The analysis fails at the start: {failure}.")),
     };
     let settings = run.borrow().settings;
-    let mut watch = Watch { settings, steepest: 0.0, standing: Standing::WORST, gained_at: 0 };
-    if let Some(verdict) = watch.judge(&mut run.borrow_mut(), &point) {
+    let mut judge = Judge::new(settings);
+    if let Some(verdict) = judge.judge(&mut run.borrow_mut(), &point) {
         return verdict;
     }
     for _ in 0..LEGS {
-        let before = watch.gained_at;
-        match leg(run, &mut watch, &mut point) {
+        let before = judge.watch.gained_at();
+        match leg(run, &mut judge, &mut point) {
             LegEnd::Verdict(status, message) => return (status, message),
             LegEnd::Halted => return (Status::Interrupted, String::new()),
             // constraints that no linear model can meet are the same in the next leg
             LegEnd::GaveUp(Some(SlsqpFailure::IncompatibleConstraints)) => break,
-            LegEnd::GaveUp(_) if watch.gained_at > before => {}
+            LegEnd::GaveUp(_) if judge.watch.gained_at() > before => {}
             LegEnd::GaveUp(_) => break,
         }
     }
-    report::stuck(&run.borrow().ledger, &point, settings.feasibility_tolerance)
+    judge.stuck(&run.borrow().ledger, &point)
 }
 
 /// Steps from `point`, which follows, until there is a verdict or `basin` gives up.
-fn leg(run: &RefCell<Run<'_>>, watch: &mut Watch, point: &mut Point) -> LegEnd {
+fn leg(run: &RefCell<Run<'_>>, judge: &mut Judge, point: &mut Point) -> LegEnd {
     run.borrow_mut().stand_at(point);
     let mut problem = basin::Problem::new(Bridge::new(run));
     let mut solver = basin::Slsqp::new().with_absolute_accuracy_tolerance(None);
@@ -229,7 +203,7 @@ fn leg(run: &RefCell<Run<'_>>, watch: &mut Watch, point: &mut Point) -> LegEnd {
         run.stand_at(point);
         rebase(&mut state);
         run.ledger.iteration += 1;
-        if let Some((status, message)) = watch.judge(&mut run, point) {
+        if let Some((status, message)) = judge.judge(&mut run, point) {
             return LegEnd::Verdict(status, message);
         }
     }

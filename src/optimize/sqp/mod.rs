@@ -13,6 +13,7 @@ use super::kkt::Point;
 use super::ledger::{Ledger, dot, norm};
 use super::outcome::check;
 use super::verdict;
+use super::watch::{Ending, Watch};
 use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::{Bounds, Evaluation, Problem};
 use curvature::Curvature;
@@ -312,17 +313,26 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
         damping: 0.0,
         price: PRICE * slope,
     };
-    let mut watch = Watch { settings: *settings, best: (f64::INFINITY, f64::INFINITY, f64::INFINITY), gained_at: 0 };
+    let mut watch = Watch::new(settings.feasibility_tolerance, settings.patience);
     loop {
-        if let Some(verdict) = watch.judge(ledger, &state.point) {
-            // the constraints that hold may be off by what their multipliers let pass
-            if verdict.0 == Status::Converged && state.slack() > settings.feasibility_tolerance {
-                settle(ledger, &mut state, &bounds, &mut watch);
+        match watch.judge(ledger, &state.point, settings.optimality_tolerance) {
+            None => {}
+            Some(Ending::Optimal) => {
+                ledger.settle_on(&state.point.x, &state.point.evaluation);
+                // the constraints that hold may be off by what their multipliers let pass
+                if state.slack() > settings.feasibility_tolerance {
+                    settle(ledger, &mut state, &bounds, settings);
+                }
+                return (Status::Converged, verdict::converged(ledger, &state.point));
             }
-            return match verdict.0 {
-                Status::Converged => (verdict.0, verdict::converged(ledger, &state.point)),
-                _ => verdict,
-            };
+            Some(Ending::OutOfIterations) => {
+                let point = retreat(ledger, &mut state, &bounds, settings);
+                return (Status::IterationLimit, verdict::out_of_iterations(ledger, &point));
+            }
+            Some(Ending::Stalled) => {
+                let point = retreat(ledger, &mut state, &bounds, settings);
+                return verdict::at_rest(ledger, &point, settings.missed());
+            }
         }
         if settings.sampling > 0 && state.curvature.age >= settings.sampling {
             if !state.curvature.sampled {
@@ -340,13 +350,31 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
         match advanced {
             Some(()) => ledger.iteration += 1,
             None if ledger.halted().is_some() => return (Status::Interrupted, String::new()),
-            None => return verdict::stuck(ledger, &state.point, settings.missed()),
+            None => {
+                if ledger.last_failed() {
+                    return verdict::beset(ledger, &ledger.handed_out(&state.point));
+                }
+                let point = retreat(ledger, &mut state, &bounds, settings);
+                return verdict::at_rest(ledger, &point, settings.missed());
+            }
         }
     }
 }
 
+/// The point that a run without convergence hands out: where it stands brought onto the constraints, unless an earlier
+/// one is better.
+fn retreat(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], settings: &Sqp) -> Point {
+    const STEPS: usize = 5;
+    for _ in 0..STEPS {
+        if state.point.violation <= settings.feasibility_tolerance || !restore(ledger, state, bounds) {
+            break;
+        }
+    }
+    ledger.handed_out(&state.point)
+}
+
 /// The shortest step that brings the constraints that hold onto their bounds, if the point stays optimal there.
-fn settle(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], watch: &mut Watch) {
+fn settle(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], settings: &Sqp) {
     let before = (state.point.clone(), state.rows.clone());
     let both = |row: &Row| {
         let holds = state.point.optimality.multipliers[row.constraint] * row.factor > 0.0;
@@ -354,13 +382,14 @@ fn settle(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], watch: 
         std::iter::once(*row).chain(other)
     };
     state.rows = state.rows.iter().flat_map(both).collect();
-    let settled =
-        restore(ledger, state, bounds) && watch.judge(ledger, &state.point).is_some_and(|v| v.0 == Status::Converged);
+    let settled = restore(ledger, state, bounds)
+        && state.point.violation <= settings.feasibility_tolerance
+        && state.point.optimality.residual <= settings.optimality_tolerance;
     state.rows = before.1;
     if !settled {
         state.point = before.0;
-        ledger.settle_on(&state.point.x, &state.point.evaluation);
     }
+    ledger.settle_on(&state.point.x, &state.point.evaluation);
 }
 
 /// The shortest step onto the constraints; whether it led there.
@@ -449,43 +478,5 @@ fn attempt(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], propos
         Ok(evaluation) => judge(state, x, evaluation, proposal.predicted).unwrap_or(Trial::Rejected),
         Err(_) if ledger.halted().is_some() => Trial::Failed,
         Err(_) => Trial::Rejected,
-    }
-}
-
-/// What the run knows about its progress.
-struct Watch {
-    settings: Sqp,
-    /// Least violation, and with that the lowest objective and residual so far.
-    best: (f64, f64, f64),
-    /// Iteration of the last gain.
-    gained_at: usize,
-}
-
-impl Watch {
-    fn judge(&mut self, ledger: &mut Ledger<'_>, point: &Point) -> Option<(Status, String)> {
-        let settings = self.settings;
-        let feasible = point.violation <= settings.feasibility_tolerance;
-        let residual = point.optimality.residual;
-        if feasible && residual <= settings.optimality_tolerance {
-            ledger.settle_on(&point.x, &point.evaluation);
-            return Some((Status::Converged, verdict::converged(ledger, point)));
-        }
-        let excess = if feasible { 0.0 } else { point.violation };
-        let objective = point.evaluation.objective;
-        let (violation, lowest, least) = self.best;
-        let nearer = excess < 0.99 * violation;
-        if nearer || (excess <= violation && (objective < lowest - 1e-9 * lowest.abs() || residual < 0.9 * least)) {
-            self.gained_at = ledger.iteration;
-            self.best = (excess, if nearer { objective } else { lowest.min(objective) }, least.min(residual));
-        }
-        let iteration = ledger.iteration;
-        if ledger.out_of_iterations() {
-            let message = format!(
-                "Stopped at the limit of {iteration} iterations; KKT residual {residual:.1e}, largest violation {:.1e}.",
-                point.violation
-            );
-            return Some((Status::IterationLimit, message));
-        }
-        (iteration >= self.gained_at + settings.patience).then(|| verdict::stuck(ledger, point, settings.missed()))
     }
 }
