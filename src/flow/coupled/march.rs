@@ -5,12 +5,15 @@
 //! equations; only the speeds in separated regions disagree with the panels, and that is what Newton mends.
 
 use super::chain::{Layer, wake_span};
-use super::duals::{Dual4, gradient};
+use super::duals::{Dual2, Dual4};
 use super::system::System;
 use super::unknowns::{Side, Unknowns};
+use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::interval::{self, Span};
 use crate::flow::boundary_layer::station::{Derived, Regime, State, transition_state};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{SMatrix, SVector};
+
+type Dual3 = Tangent<3>;
 
 /// Hk above which the march prescribes Hk.
 const LAMINAR_LIMIT: f64 = 3.8;
@@ -20,6 +23,8 @@ const WAKE_LIMIT: f64 = 4.0;
 const EDGE: [f64; 2] = [0.88, 0.94];
 /// Newton iterations at one station.
 const ITERATIONS: usize = 25;
+/// Residual and step from which one more step of Newton's method is enough.
+const CLOSE: f64 = 1e-4;
 
 /// What is prescribed at a station.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,40 +33,54 @@ enum Mode {
     Shape,
 }
 
-/// The equations of one station as functions of its four unknowns.
-type Equations<'a> = dyn Fn(&Derived<Dual4>) -> [Dual4; 3] + 'a;
+/// The equations of one station as functions of what is free there: θ, then Hk or the speed, then the stress where it
+/// belongs to the equations.
+type Equations<'a, const N: usize> = dyn Fn(&Derived<Tangent<N>>) -> [Tangent<N>; N] + 'a;
 
-/// Solves the three equations of one station from `guess`; `None` where Newton's method does not get there.
-fn solve_station(
+/// A station with its free unknowns as variables.
+fn variables<const N: usize>(state: &State<f64>, mode: Mode) -> State<Tangent<N>> {
+    let mut result = state.map(Tangent::<N>::from_re);
+    let free = match mode {
+        Mode::Speed => &mut result.log_shape,
+        Mode::Shape => &mut result.log_speed,
+    };
+    *free = free.derivative(1);
+    result.log_theta = result.log_theta.derivative(0);
+    if N > 2 {
+        result.third = result.third.derivative(2);
+    }
+    result
+}
+
+/// Solves the equations of one station from `guess`; `None` where Newton's method does not get there.
+fn solve_station<const N: usize>(
     layer: &Layer,
     regime: Regime,
     guess: State<f64>,
     mode: Mode,
-    equations: &Equations,
+    equations: &Equations<N>,
 ) -> Option<State<f64>> {
-    let gas = layer.gas.map(Dual4::from);
+    let gas = layer.gas.map(Tangent::<N>::from_re);
     let mut state = guess;
     for _ in 0..ITERATIONS {
-        let derived = Derived::new(state.seed::<4>(0), regime, &gas);
-        let residuals = equations(&derived);
+        let residuals = equations(&Derived::new(variables(&state, mode), regime, &gas));
         let worst = residuals.iter().fold(0.0, |w: f64, r| if r.re.is_nan() { f64::NAN } else { w.max(r.re.abs()) });
         if worst.is_nan() {
             return None;
         }
-        if worst < 1e-7 {
-            return Some(state);
-        }
-        let free = if mode == Mode::Speed { 1 } else { 3 };
-        let jacobian = Matrix3::from_fn(|i, j| gradient(&residuals[i])[[0, free, 2][j]]);
-        let right = Vector3::from_fn(|i, _| -residuals[i].re);
-        let step = jacobian.lu().solve(&right)?;
-        let largest = step[0].abs().max(step[1].abs()).max(0.1 * step[2].abs());
+        let step = newton_step(&residuals)?;
+        let third = if N > 2 { step[2] } else { 0.0 };
+        let largest = step[0].abs().max(step[1].abs()).max(0.1 * third.abs());
         let factor = (0.5 / largest).min(1.0);
         state.log_theta += factor * step[0];
-        state.third += factor * step[2];
+        state.third += factor * third;
         match mode {
             Mode::Speed => state.log_shape += factor * step[1],
             Mode::Shape => state.log_speed += factor * step[1],
+        }
+        // convergence is quadratic: what this step leaves is of no account
+        if worst < CLOSE && largest < CLOSE {
+            return Some(state);
         }
         if !state.log_theta.is_finite() || state.log_theta.abs() > 30.0 || state.log_shape > 4.5 {
             return None;
@@ -70,14 +89,21 @@ fn solve_station(
     None
 }
 
+/// Newton's step; `None` where the equations are singular.
+fn newton_step<const N: usize>(residuals: &[Tangent<N>; N]) -> Option<[f64; N]> {
+    let jacobian = SMatrix::<f64, N, N>::from_fn(|i, j| residuals[i].eps[j]);
+    let right = SVector::<f64, N>::from_fn(|i, _| -residuals[i].re);
+    jacobian.try_inverse().map(|inverse| (inverse * right).data.0[0])
+}
+
 /// One station of the march: direct, or with prescribed Hk where that separates or fails.
-fn advance(
+fn advance<const N: usize>(
     layer: &Layer,
     regime: Regime,
     before: &State<f64>,
     log_speed: f64,
     step: f64,
-    equations: &Equations,
+    equations: &Equations<N>,
 ) -> State<f64> {
     let limit = match regime {
         Regime::Laminar => LAMINAR_LIMIT,
@@ -128,11 +154,11 @@ impl System<'_> {
             };
             let limit = self.trips[at].map_or(length, |s| side.sign() * (unknowns.stagnation - s));
             let limit = limit.clamp(0.004 * length, 0.992 * length);
-            let first = self.march_laminar(&layer, side, limit, length, unknowns.stagnation);
-            let found = if late[at] { limit } else { self.amplified(&first, limit, length) };
+            let found =
+                if late[at] { limit } else { self.amplified(&layer, side, (limit, length), unknowns.stagnation) };
             unknowns.transition[at] = found.clamp(0.003 * length, limit);
             let transition = unknowns.transition[at];
-            let mut states = self.march_laminar(&layer, side, transition, length, unknowns.stagnation);
+            let mut states = self.march_laminar(&layer, side, (transition, length), unknowns.stagnation, f64::INFINITY);
             self.march_turbulent(&layer, side, transition, length, unknowns.stagnation, &mut states);
             let from = numbering.station(side, 0);
             unknowns.stations[from..from + numbering.side].copy_from_slice(&states);
@@ -162,7 +188,15 @@ impl System<'_> {
         speed.max(0.5 * x.min(0.1)).ln()
     }
 
-    fn march_laminar(&self, layer: &Layer, side: Side, transition: f64, length: f64, s0: f64) -> Vec<State<f64>> {
+    /// Laminar stations of a side, up to the first whose amplification reaches `most`.
+    fn march_laminar(
+        &self,
+        layer: &Layer,
+        side: Side,
+        (transition, length): (f64, f64),
+        s0: f64,
+        most: f64,
+    ) -> Vec<State<f64>> {
         let x = self.layout.abscissas(transition, length);
         let gas = layer.gas;
         let mut states: Vec<State<f64>> = Vec::with_capacity(x.len());
@@ -176,29 +210,28 @@ impl System<'_> {
                     third: 0.0,
                     log_speed,
                 };
-                let equations = |d: &Derived<Dual4>| {
-                    let [a, b] = interval::similarity(d, Dual4::from(x[0]));
-                    [a, b, d.state.third]
-                };
+                let equations = |d: &Derived<Dual2>| interval::similarity(d, Dual2::from(x[0]));
                 states.push(solve_station(layer, Regime::Laminar, guess, Mode::Speed, &equations).unwrap_or(guess));
                 continue;
             }
             let before = states[j - 1];
-            let start = Derived::new(before, Regime::Laminar, &gas).map(Dual4::from);
-            let span = Span { x: [x[j - 1], x[j]].map(Dual4::from), gap: [Dual4::from(0.0); 2] };
-            let wide = gas.map(Dual4::from);
-            let equations = |d: &Derived<Dual4>| {
-                let [a, b] = interval::momentum_and_energy(&start, d, &span, Regime::Laminar);
-                let growth = interval::growth(&start.state, &d.state, &wide);
-                [a, b, d.state.third - start.state.third - growth * (x[j] - x[j - 1])]
-            };
-            states.push(advance(layer, Regime::Laminar, &before, log_speed, x[j] - x[j - 1], &equations));
+            let start = Derived::new(before, Regime::Laminar, &gas).map(Dual2::from);
+            let span = Span { x: [x[j - 1], x[j]].map(Dual2::from), gap: [Dual2::from(0.0); 2] };
+            let equations = |d: &Derived<Dual2>| interval::momentum_and_energy(&start, d, &span, Regime::Laminar);
+            let mut state = advance(layer, Regime::Laminar, &before, log_speed, x[j] - x[j - 1], &equations);
+            // the amplification follows from the layer and does not act on it
+            state.third = before.third + interval::growth(&before, &state, &gas) * (x[j] - x[j - 1]);
+            states.push(state);
+            if state.third >= most {
+                break;
+            }
         }
         states
     }
 
-    /// Where the amplification of a laminar march reaches its critical value.
-    fn amplified(&self, states: &[State<f64>], limit: f64, length: f64) -> f64 {
+    /// Where the amplification of a laminar march reaches its critical value, `limit` at the latest.
+    fn amplified(&self, layer: &Layer, side: Side, (limit, length): (f64, f64), s0: f64) -> f64 {
+        let states = self.march_laminar(layer, side, (limit, length), s0, self.n_critical);
         let x = self.layout.abscissas(limit, length);
         let Some(j) = states.iter().position(|s| s.third >= self.n_critical) else { return limit };
         if j == 0 {
@@ -224,9 +257,9 @@ impl System<'_> {
             if j == layer.numbering.laminar {
                 before = transition_state(before, &layer.gas);
             }
-            let start = Derived::new(before, Regime::Turbulent, &layer.gas).map(Dual4::from);
-            let span = Span { x: [x[j - 1], x[j]].map(Dual4::from), gap: [Dual4::from(0.0); 2] };
-            let equations = |d: &Derived<Dual4>| {
+            let start = Derived::new(before, Regime::Turbulent, &layer.gas).map(Dual3::from);
+            let span = Span { x: [x[j - 1], x[j]].map(Dual3::from), gap: [Dual3::from(0.0); 2] };
+            let equations = |d: &Derived<Dual3>| {
                 let [a, b] = interval::momentum_and_energy(&start, d, &span, Regime::Turbulent);
                 [a, b, interval::lag(&start, d, &span, Regime::Turbulent)]
             };
@@ -252,10 +285,10 @@ impl System<'_> {
         unknowns.stations[first] = before;
         for j in 1..numbering.wake {
             let log_speed = self.flow.wake_inviscid[j].max(0.3).ln();
-            let start = Derived::new(before, Regime::Wake, &layer.gas).map(Dual4::from);
-            let span = wake_span::<Dual4>(layer, j);
+            let start = Derived::new(before, Regime::Wake, &layer.gas).map(Dual3::from);
+            let span = wake_span::<Dual3>(layer, j);
             let step = layer.distances[j] - layer.distances[j - 1];
-            let equations = |d: &Derived<Dual4>| {
+            let equations = |d: &Derived<Dual3>| {
                 let [a, b] = interval::momentum_and_energy(&start, d, &span, Regime::Wake);
                 [a, b, interval::lag(&start, d, &span, Regime::Wake)]
             };
