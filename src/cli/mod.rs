@@ -13,6 +13,7 @@ mod gradients;
 mod html;
 mod operating_point;
 mod polar;
+mod processor;
 mod run;
 mod section;
 
@@ -48,8 +49,17 @@ enum Command {
 
 /// Runs the command with the arguments of the process.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let result = match arguments.command {
+    match processor::check().and_then(|()| run_command(Arguments::parse().command)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.report();
+            failure.exit_code()
+        }
+    }
+}
+
+fn run_command(command: Command) -> Result<(), Failure> {
+    match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Gradients(arguments) => gradients::run(&arguments),
@@ -57,13 +67,6 @@ pub fn main() -> ExitCode {
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Polar(arguments) => polar::run(&arguments),
         Command::Cases(arguments) => cases::run(&arguments),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            failure.report();
-            failure.exit_code()
-        }
     }
 }
 
