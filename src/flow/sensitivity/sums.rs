@@ -77,7 +77,7 @@ impl<const N: usize> Slopes<N> {
         special: &[usize],
         place: impl Fn(usize) -> Place,
     ) {
-        pulp::Arch::new().dispatch(Fill { slopes: &mut self.0, points, panel, quantity });
+        fill_vectorised(&mut self.0, points, panel, quantity);
         for &i in special {
             let (at, length) = variables(panel, points.at(i));
             self.0[i] = quantity.at(i, at, length, place(i));
@@ -120,7 +120,17 @@ impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
     }
 }
 
-/// A function of its own, so that the compiler knows that what it writes to is nothing it reads.
+/// Never inlined, so that the compiler knows that what it writes to is nothing it reads.
+#[inline(never)]
+fn fill_vectorised<const N: usize, Q: Quantity<N>>(
+    slopes: &mut [[f64; N]],
+    points: &Points,
+    panel: &Straight,
+    quantity: &Q,
+) {
+    pulp::Arch::new().dispatch(Fill { slopes, points, panel, quantity });
+}
+
 #[inline(always)]
 fn fill<const N: usize, Q: Quantity<N>>(slopes: &mut [[f64; N]], points: &Points, panel: &Straight, quantity: &Q) {
     let n = slopes.len();
