@@ -70,8 +70,7 @@ impl Factors {
             MemStack::new(&mut memory),
             Default::default(),
         );
-        let sound = matrix.column_iter().all(|c| c.iter().map(|v| v * 0.0).sum::<f64>() == 0.0);
-        let regular = sound && (0..n).all(|i| matrix[(i, i)] != 0.0);
+        let regular = all_finite(matrix.as_slice()) && (0..n).all(|i| matrix[(i, i)] != 0.0);
         regular.then_some(Self { matrix, permutation, inverse_permutation })
     }
 
@@ -120,9 +119,24 @@ impl Drop for Factors {
     }
 }
 
+/// Sums taken at a time: one alone waits for every addition.
+const LANES: usize = 8;
+
+/// Whether all numbers are finite; `0 · v` is 0 for those alone.
+fn all_finite(values: &[f64]) -> bool {
+    let mut sums = [0.0; LANES];
+    let chunks = values.chunks_exact(LANES);
+    let rest = chunks.remainder().iter().all(|v| v.is_finite());
+    for chunk in chunks {
+        for k in 0..LANES {
+            sums[k] += 0.0 * chunk[k];
+        }
+    }
+    rest && sums.iter().all(|s| *s == 0.0)
+}
+
 /// Scalar product, in several sums at a time.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 8;
     let mut sums = [0.0; LANES];
     let (x, y) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(a, b)| a * b).sum();
@@ -178,6 +192,19 @@ mod tests {
         give_back(&mut matrix);
         assert_eq!(large_zeros(4, 3), DMatrix::zeros(4, 3));
         assert_eq!(large_zeros(40, 3), DMatrix::zeros(40, 3));
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_found_anywhere() {
+        let mut values = vec![1.0; 21];
+        assert!(all_finite(&values));
+        for i in 0..values.len() {
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let good = std::mem::replace(&mut values[i], bad);
+                assert!(!all_finite(&values));
+                values[i] = good;
+            }
+        }
     }
 
     #[test]

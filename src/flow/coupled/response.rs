@@ -165,6 +165,10 @@ pub(crate) struct FlowResponse {
     pub polar: Polar,
     /// From the nodes of the section to those of the wake.
     pub from_surface: Polar,
+    /// From the ends of the half panels of the wake to its nodes.
+    pub from_wake: Polar,
+    /// From the ends of the half panels of the wake to the cut at the trailing edge.
+    pub edge_polar: Polar,
 }
 
 /// Ends of the linear source panels of the wake: nodes and middles in turn.
@@ -223,7 +227,9 @@ impl FlowResponse {
         let strengths = wake_strength_matrix(distances);
         let points = wake_points(&wake_nodes);
         let polar = Polar::new(&outline.nodes, &points);
-        let nodes_by_wake = nodes_by_wake(section, &points, &polar, &strengths);
+        let (edge_by_wake, edge_polar) = section.panels.edge.by_wake(&points);
+        let nodes_by_wake = nodes_by_wake(section, &points, &polar, &edge_by_wake, &strengths);
+        let from_wake = Polar::new(&wake_nodes, &points);
         let from_surface = polar.reversed(2);
         let (by_strength, by_source) = surface_to_wake(outline, &wake_nodes, &tangents, &from_surface);
         let inviscid = section.panels.strengths(alpha);
@@ -234,8 +240,8 @@ impl FlowResponse {
         }
         let wake_by_nodes =
             smooth_columns(&(product(&by_strength, &section.nodes) + source_per_defect(section, &by_source)));
-        let wake_by_wake =
-            product(&by_strength, &nodes_by_wake) + product(&wake_to_wake(&wake_nodes, &tangents), &strengths);
+        let wake_by_wake = product(&by_strength, &nodes_by_wake)
+            + product(&wake_to_wake(&wake_nodes, &tangents, &points, &from_wake), &strengths);
         Self {
             alpha,
             inviscid_spline: section.map.spline.coefficients(&inviscid),
@@ -251,6 +257,8 @@ impl FlowResponse {
             wake_by_strength: by_strength,
             polar,
             from_surface,
+            from_wake,
+            edge_polar,
         }
     }
 }
@@ -302,6 +310,7 @@ fn nodes_by_wake(
     section: &SectionResponse,
     points: &[[f64; 2]],
     polar: &Polar,
+    edge_by_wake: &[f64],
     strengths: &DMatrix<f64>,
 ) -> DMatrix<f64> {
     let outline = &section.panels.outline;
@@ -319,7 +328,7 @@ fn nodes_by_wake(
     }
     share_edge_rows(&mut stream, n);
     stream.row_mut(n - 1).fill(0.0);
-    for (h, influence) in section.panels.edge.by_wake(points).into_iter().enumerate() {
+    for (h, influence) in edge_by_wake.iter().enumerate() {
         stream[(n - 1, h)] = -influence;
     }
     let mut response = product(&stream, strengths);
@@ -384,14 +393,16 @@ fn source_per_defect(section: &SectionResponse, by_source: &DMatrix<f64>) -> DMa
 }
 
 /// Speed along the wake per strength at the ends of its half panels.
-fn wake_to_wake(wake_nodes: &[[f64; 2]], tangents: &[[f64; 2]]) -> DMatrix<f64> {
-    let points = wake_points(wake_nodes);
+fn wake_to_wake(wake_nodes: &[[f64; 2]], tangents: &[[f64; 2]], points: &[[f64; 2]], polar: &Polar) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(wake_nodes.len(), points.len());
-    for k in 1..wake_nodes.len() {
-        for h in 0..points.len() - 1 {
-            let v = velocity_influence([points[h], points[h + 1]], wake_nodes[k], wake_place(k, h)).source;
+    for h in 0..points.len() - 1 {
+        let panel = Straight::new([points[h], points[h + 1]]);
+        for k in 1..wake_nodes.len() {
+            let seen = polar.seen_of_surface(k, [h, h + 1], &panel);
+            let v = seen.sight(panel.local(wake_nodes[k]), panel.length, wake_place(k, h)).velocity();
             for end in 0..2 {
-                matrix[(k, h + end)] += v[end][0] * tangents[k][0] + v[end][1] * tangents[k][1];
+                let v = panel.outer(v.source(end));
+                matrix[(k, h + end)] += v[0] * tangents[k][0] + v[1] * tangents[k][1];
             }
         }
     }

@@ -352,14 +352,23 @@ pub(crate) struct Multipliers {
 }
 
 impl Reduced<'_> {
-    /// Solves the transposed system: multipliers λ with Jᵀ λ = output gradient.
-    pub fn adjoint(&self, output: &OutputGradient) -> Multipliers {
-        let system = self.system;
-        let n = system.numbering.stations();
+    /// Solves the transposed system: multipliers λ with Jᵀ λ = output gradient, for every output.
+    pub fn adjoint<const N: usize>(&self, outputs: [OutputGradient; N]) -> [Multipliers; N] {
+        let n = self.system.numbering.stations();
+        let mut dense = DMatrix::zeros(n + 3, N);
+        let mut columns = dense.as_mut_slice().chunks_exact_mut(n + 3);
+        let states = outputs.map(|output| self.eliminate(&output, columns.next().unwrap_or_default()));
+        self.factors.solve(&mut dense);
+        let mut columns = dense.as_slice().chunks_exact(n + 3);
+        states.map(|states| self.complete(states, columns.next().unwrap_or_default()))
+    }
+
+    /// What an output leaves on the states once the dense unknowns, its right-hand side filled in, are split off.
+    fn eliminate(&self, output: &OutputGradient, dense: &mut [f64]) -> Vec<[f64; 3]> {
+        let n = self.system.numbering.stations();
         let mut states = Vec::with_capacity(n);
-        let mut dense = DMatrix::zeros(n + 3, 1);
         for (k, [theta, shape, third, speed]) in output.stations.iter().copied().enumerate() {
-            let [by_theta, by_shape, _, by_speed] = system.log_mass[k];
+            let [by_theta, by_shape, _, by_speed] = self.system.log_mass[k];
             let share = shape / by_shape;
             states.push([theta - share * by_theta, third, speed - share * by_speed]);
             dense[k] += share;
@@ -367,8 +376,14 @@ impl Reduced<'_> {
         for g in 0..3 {
             dense[n + g] += output.globals[g];
         }
-        self.elimination.march_back(&mut states.clone(), dense.as_mut_slice());
-        self.factors.solve(&mut dense);
+        self.elimination.march_back(&mut states.clone(), dense);
+        states
+    }
+
+    /// All multipliers from those of the dense equations.
+    fn complete(&self, mut states: Vec<[f64; 3]>, dense: &[f64]) -> Multipliers {
+        let system = self.system;
+        let n = system.numbering.stations();
         for k in 0..n {
             states[k][2] -= self.elimination.speed[k] * dense[k];
         }
@@ -376,10 +391,8 @@ impl Reduced<'_> {
             let slope = gradient(&system.transition[side.index()])[BY_AMPLIFICATION];
             states[system.last_laminar(side)][1] -= slope * dense[n + side.index()];
         }
-        let chain = self.elimination.multipliers(states);
-        let dense = dense.as_slice();
         Multipliers {
-            chain,
+            chain: self.elimination.multipliers(states),
             speed: dense[..n].to_vec(),
             transition: [dense[n], dense[n + 1]],
             stagnation: dense[n + 2],

@@ -12,6 +12,7 @@
 
 use super::kernel::{Place, velocity_influence};
 use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
+use super::polar::{Polar, Straight};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 
@@ -58,6 +59,28 @@ impl<S: Scalar> Cut<S> {
     }
 }
 
+impl Cut<f64> {
+    /// Distances and directions from vertices of panels to the points of the cut.
+    fn polar(&self, vertices: &[[f64; 2]]) -> Polar {
+        Polar::new(&self.points.map(|p| p.0), vertices)
+    }
+
+    /// Mean velocity through the cut per vortex and per source strength at the two ends of panel `j`.
+    fn through_of_panel(&self, polar: &Polar, j: usize, panel: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+        let panel = Straight::new(panel);
+        let mut sums = [[0.0; 2]; 2];
+        for (p, (point, weight)) in self.points.into_iter().enumerate() {
+            let seen = polar.seen_of_surface(p, [j, j + 1], &panel);
+            let v = seen.sight(panel.local(point), panel.length, Place::Elsewhere).velocity();
+            for end in 0..2 {
+                sums[0][end] += weight * self.through(panel.outer(v.vortex(end)));
+                sums[1][end] += weight * self.through(panel.outer(v.source(end)));
+            }
+        }
+        sums
+    }
+}
+
 /// The equation of one section: mean velocity through the cut.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeEquation {
@@ -66,40 +89,43 @@ pub(crate) struct EdgeEquation {
     pub by_strength: Vec<f64>,
     /// Per constant source strength of the panels.
     pub by_source: Vec<f64>,
+    /// Distances and directions from the nodes to the points of the cut.
+    pub polar: Polar,
 }
 
 impl EdgeEquation {
     pub fn new(outline: &Outline) -> Self {
         let (nodes, n) = (&outline.nodes, outline.len());
         let cut = Cut::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
+        let polar = cut.polar(nodes);
         let (mut by_strength, mut by_source) = (vec![0.0; n], vec![0.0; n - 1]);
-        for (point, weight) in cut.points {
-            for j in 0..n - 1 {
-                let v = velocity_influence(outline.panel(j), point, Place::Elsewhere);
-                by_strength[j] += weight * cut.through(v.vortex[0]);
-                by_strength[j + 1] += weight * cut.through(v.vortex[1]);
-                by_source[j] += weight * (cut.through(v.source[0]) + cut.through(v.source[1]));
-            }
-            if outline.trailing_edge == TrailingEdge::Blunt {
+        for j in 0..n - 1 {
+            let [vortex, source] = cut.through_of_panel(&polar, j, outline.panel(j));
+            by_strength[j] += vortex[0];
+            by_strength[j + 1] += vortex[1];
+            by_source[j] += source[0] + source[1];
+        }
+        if outline.trailing_edge == TrailingEdge::Blunt {
+            for (point, weight) in cut.points {
                 let closing = weight * cut.through(closing_velocity(outline, point));
                 by_strength[0] += 0.5 * closing;
                 by_strength[n - 1] -= 0.5 * closing;
             }
         }
-        Self { cut, by_strength, by_source }
+        Self { cut, by_strength, by_source, polar }
     }
 
-    /// Mean velocity through the cut per strength at the ends of linear source panels through `points`.
-    pub fn by_wake(&self, points: &[[f64; 2]]) -> Vec<f64> {
+    /// Mean velocity through the cut per strength at the ends of linear source panels through `points`, and how the
+    /// cut sees these.
+    pub fn by_wake(&self, points: &[[f64; 2]]) -> (Vec<f64>, Polar) {
+        let polar = self.cut.polar(points);
         let mut result = vec![0.0; points.len()];
-        for (point, weight) in self.cut.points {
-            for h in 0..points.len() - 1 {
-                let v = velocity_influence([points[h], points[h + 1]], point, Place::Elsewhere).source;
-                result[h] += weight * self.cut.through(v[0]);
-                result[h + 1] += weight * self.cut.through(v[1]);
-            }
+        for h in 0..points.len() - 1 {
+            let [_, source] = self.cut.through_of_panel(&polar, h, [points[h], points[h + 1]]);
+            result[h] += source[0];
+            result[h + 1] += source[1];
         }
-        result
+        (result, polar)
     }
 
     /// Puts the equation in row `row` of the panel equations.

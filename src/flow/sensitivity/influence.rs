@@ -1,13 +1,13 @@
 //! Reverse sweep through the panel equations: every panel and every node, once for all outputs.
 
 use super::sums::{Dual3, Points, Quantity, Slopes, Table, scatter_ends};
-use super::{Collected, Each, OUTPUTS, Reverse};
+use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
 use crate::flow::coupled::duals::{Dual4, Dual8, gradient};
-use crate::flow::coupled::response::{edge_place, wake_points, wake_strength_matrix};
+use crate::flow::coupled::response::edge_place;
 use crate::flow::panel::kernel::{Place, stream_influence};
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
 use crate::flow::panel::polar::{Pairs, Straight};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Multipliers of the panel equations, negative.
 pub(super) struct PanelWeights {
@@ -44,17 +44,6 @@ pub(super) const ORIGIN: [f64; 2] = [0.0; 2];
 
 pub(super) fn origin() -> [Dual4; 2] {
     ORIGIN.map(Dual4::from_re)
-}
-
-/// The vortex strengths at the nodes and the smoothed defects of a solution.
-pub(super) fn solution_strengths(reverse: &Reverse) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    let at = reverse.at;
-    let nodes: Vec<f64> = at.speeds.node_mass.iter().map(|m| m.re).collect();
-    let wake = at.mass[at.numbering.wake_start()..].to_vec();
-    let strengths = crate::flow::coupled::speeds::node_strengths(reverse.section, reverse.flow, &nodes, &wake);
-    let mut smoothed = nodes;
-    crate::flow::coupled::response::smooth(&mut smoothed);
-    (strengths, smoothed, wake)
 }
 
 /// Stream function of a panel of the surface.
@@ -101,12 +90,11 @@ impl Quantity<3> for WakeStream<'_> {
     }
 }
 
-pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
-    let PanelWeights { stream: weights, edge } = panel_weights(reverse);
+pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &mut Collected) {
+    let weights = &weights.stream;
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
-    let (strengths, smoothed, _) = solution_strengths(reverse);
-    super::edge::add_surface_panels(reverse, &edge, &strengths, &smoothed, collected);
+    let Strengths { nodes: strengths, smoothed, .. } = &reverse.at_solution;
     let (sin, cos) = reverse.flow.alpha.sin_cos();
     for (i, point) in outline.nodes.iter().enumerate() {
         for output in 0..OUTPUTS {
@@ -134,7 +122,7 @@ pub(super) fn add_panels(reverse: &Reverse, collected: &mut Collected) {
     scatter_ends(&table.sums(&points), &outline.nodes, &mut collected.nodes);
     points.add_weighted(&by_point, collected);
     if outline.trailing_edge == TrailingEdge::Blunt {
-        add_closing(reverse, &weights, &strengths, collected);
+        add_closing(reverse, weights, strengths, collected);
     }
 }
 
@@ -198,14 +186,18 @@ fn add_closing(reverse: &Reverse, weights: &Each<Vec<f64>>, strengths: &[f64], c
 }
 
 /// Wake sources in the stream function at the nodes; adds to the nodes and to the ends of the wake's half panels.
-pub(super) fn add_wake_stream(reverse: &Reverse, by_points: &mut Each<Vec<[f64; 2]>>, collected: &mut Collected) {
-    let PanelWeights { stream: weights, edge } = panel_weights(reverse);
+pub(super) fn add_wake_stream(
+    reverse: &Reverse,
+    weights: &PanelWeights,
+    points: &[[f64; 2]],
+    by_points: &mut Each<Vec<[f64; 2]>>,
+    collected: &mut Collected,
+) {
     let outline = &reverse.section.panels.outline;
-    let points = wake_points(&reverse.flow.wake_nodes);
-    let strengths = half_panel_strengths(reverse);
-    super::edge::add_wake_panels(reverse, &edge, &points, &strengths, by_points, collected);
+    let strengths = &reverse.at_solution.wake;
+    super::edge::add_edge(reverse, &weights.edge, points, by_points, collected);
     let n = outline.len();
-    let nodes = Points::new(&outline.nodes, |output, i| weights[output][i]);
+    let nodes = Points::new(&outline.nodes, |output, i| weights.stream[output][i]);
     let mut slopes = Slopes::zeros(n);
     let mut by_node = vec![[0.0; 2]; n];
     let mut table = Table::new(n, points.len() - 1);
@@ -217,14 +209,6 @@ pub(super) fn add_wake_stream(reverse: &Reverse, by_points: &mut Each<Vec<[f64; 
         table.enter(h, &panel, &nodes, &slopes);
         slopes.add_outer(&panel, &mut by_node);
     }
-    scatter_ends(&table.sums(&nodes), &points, by_points);
+    scatter_ends(&table.sums(&nodes), points, by_points);
     nodes.add_weighted(&by_node, collected);
-}
-
-/// Source strengths at the ends of the half panels of the wake.
-pub(super) fn half_panel_strengths(reverse: &Reverse) -> Vec<f64> {
-    let at = reverse.at;
-    let matrix = wake_strength_matrix(&reverse.section.wake_distances);
-    let mass = DVector::from_row_slice(&at.mass[at.numbering.wake_start()..]);
-    (matrix * mass).as_slice().to_vec()
 }

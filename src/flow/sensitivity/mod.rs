@@ -9,12 +9,13 @@ mod edge;
 mod influence;
 mod sums;
 mod surface;
+mod velocity;
 mod wake;
 
 use super::coupled::duals::{Dual2, gradient};
 use super::coupled::residuals::layer_residuals;
-use super::coupled::response::{FlowResponse, SectionResponse};
-use super::coupled::speeds::per_rate;
+use super::coupled::response::{FlowResponse, SectionResponse, smooth, smooth_columns, wake_strength_matrix};
+use super::coupled::speeds::{node_strengths, per_rate};
 use super::coupled::surface::combine_real;
 use super::coupled::system::{Change, Linearised, Multipliers, Reduced, System};
 use super::coupled::unknowns::{Numbering, Side, Unknowns};
@@ -24,7 +25,7 @@ use super::panel::outline::balance;
 use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::Derived;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Number of outputs: lift, drag, moment, lowest pressure coefficient, transition on the upper and the lower side.
 pub(crate) const OUTPUTS: usize = 6;
@@ -106,6 +107,28 @@ pub(crate) struct Reverse<'a> {
     pub node_mass: Each<Vec<f64>>,
     /// Sensitivity to the unsigned defect of every station.
     pub mass: Each<Vec<f64>>,
+    pub at_solution: Strengths,
+}
+
+/// What stands on the panels of a solution.
+pub(crate) struct Strengths {
+    /// Vortex strengths at the nodes.
+    pub nodes: Vec<f64>,
+    /// Mass defects at the nodes, smoothed as the panels see them.
+    pub smoothed: Vec<f64>,
+    /// Source strengths at the ends of the half panels of the wake.
+    pub wake: Vec<f64>,
+}
+
+impl Strengths {
+    fn new(section: &SectionResponse, flow: &FlowResponse, at: &Linearised) -> Self {
+        let mut smoothed: Vec<f64> = at.speeds.node_mass.iter().map(|m| m.re).collect();
+        let wake = &at.mass[at.numbering.wake_start()..];
+        let nodes = node_strengths(section, flow, &smoothed, wake);
+        smooth(&mut smoothed);
+        let wake = wake_strength_matrix(&section.wake_distances) * DVector::from_column_slice(wake);
+        Self { nodes, smoothed, wake: wake.as_slice().to_vec() }
+    }
 }
 
 /// What the sweep collects: derivatives with respect to the balanced nodes and the scalars.
@@ -142,8 +165,9 @@ pub(crate) fn gradients(solved: &Solved) -> Option<Gradients> {
     };
     collected.add_pressure(&pressure);
     collected.add_gas(solved, &reverse);
-    influence::add_panels(&reverse, &mut collected);
-    wake::add_wake(solved, &reverse, &mut collected);
+    let weights = influence::panel_weights(&reverse);
+    influence::add_panels(&reverse, &weights, &mut collected);
+    wake::add_wake(solved, &reverse, &weights, &mut collected);
     surface::add_surface(solved, &reverse, &mut collected);
     let mut all = collected.finish(solved.nodes);
     for side in Side::BOTH {
@@ -270,10 +294,10 @@ impl<'a> Reverse<'a> {
                 direct[(output, i)] = pressure.strengths[k][i];
             }
         }
-        let through_nodes = super::coupled::response::smooth_columns(&product(&direct, &section.nodes));
+        let through_nodes = smooth_columns(&product(&direct, &section.nodes));
         let through_wake = product(&direct, &flow.nodes_by_wake);
-        let multipliers: Each<Multipliers> =
-            std::array::from_fn(|o| reduced.adjoint(&output_gradient(solved, o, &through_nodes, &through_wake)));
+        let outputs: Each<Change> = std::array::from_fn(|o| output_gradient(solved, o, &through_nodes, &through_wake));
+        let multipliers = reduced.adjoint(outputs);
         let numbering = at.numbering;
         let point_weights: Each<Vec<f64>> = std::array::from_fn(|o| point_weights(&numbering, &multipliers[o]));
         let wake_weights: Each<Vec<f64>> =
@@ -288,6 +312,7 @@ impl<'a> Reverse<'a> {
             strengths: std::array::from_fn(|o| direct.row(o).iter().copied().collect()),
             node_mass: std::array::from_fn(|o| through_nodes.row(o).iter().copied().collect()),
             mass: std::array::from_fn(|_| Vec::new()),
+            at_solution: Strengths::new(section, flow, at),
         };
         reverse.mass = reverse.station_masses(&through_wake);
         reverse.complete();
