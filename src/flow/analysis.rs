@@ -155,6 +155,11 @@ pub fn analyze(
     PanelledSection::new(nodes, trailing_edge)?.analyze(condition, settings, warm)
 }
 
+/// Iterations of a warm start; the march stands nearer to what takes more.
+const WARM_ITERATIONS: usize = 8;
+/// First move of transition from which on the march stands nearer than a neighbour, in lengths of the side.
+const WARM_REACH: f64 = 0.1;
+
 /// One operating point on its way to convergence.
 pub(super) struct Case<'a> {
     pub section: &'a PanelledSection,
@@ -199,15 +204,32 @@ impl Case<'_> {
     /// Warm start, cold start, then easier conditions that lead to the one wanted.
     fn converge(&self, flow: &FlowResponse, warm: Option<&Unknowns>) -> (Found, Vec<Attempt>) {
         let mut attempts = Vec::new();
+        let mut far = None;
         if let Some(warm) = warm {
+            let system = self.system(flow, &self.condition, &self.layout);
+            let limit = self.settings.iterations.min(WARM_ITERATIONS);
+            let end = newton::solve_nearby(&system, warm.clone(), self.settings.tolerance, limit, WARM_REACH);
+            if end.converged {
+                return ((end, self.layout.clone()), attempts);
+            }
+            if end.iterations == 0 {
+                far = Some(warm);
+            } else {
+                attempts.push(Attempt::of("warm start", &end));
+            }
+        }
+        let direct = self.solve(flow, &self.condition, None);
+        if direct.converged {
+            return ((direct, self.layout.clone()), attempts);
+        }
+        if let Some(warm) = far {
             let end = self.solve(flow, &self.condition, Some(warm));
             if end.converged {
                 return ((end, self.layout.clone()), attempts);
             }
             attempts.push(Attempt::of("warm start", &end));
         }
-        let direct = self.solve(flow, &self.condition, None);
-        if direct.converged || !self.settings.retry {
+        if !self.settings.retry {
             return ((direct, self.layout.clone()), attempts);
         }
         attempts.push(Attempt::of("march", &direct));

@@ -6,7 +6,6 @@ use super::arclength::Parameter;
 use super::continuation::Place;
 use super::coupled::layout::Layout;
 use super::coupled::newton::{self, Converged};
-use super::coupled::project::Keep;
 use super::coupled::response::FlowResponse;
 use super::coupled::system::System;
 use super::coupled::transport::resample;
@@ -121,7 +120,7 @@ impl<'a> Ladder<'a> {
         if end.converged {
             return Some(end);
         }
-        let end = newton::solve_projected(system, start, Keep::Nearest, tolerance, PROJECTED);
+        let end = newton::solve_projected(system, start, tolerance, PROJECTED);
         self.note(&format!("{what}, a march after each step"), &end);
         end.converged.then_some(end)
     }

@@ -2,7 +2,6 @@
 
 use super::chord::{self, Evaluated};
 use super::duals::gradient;
-use super::project::Keep;
 use super::system::{Change, Linearised, Reduced, System};
 use super::transport::Profiles;
 use super::unknowns::{Numbering, Side, Unknowns};
@@ -33,7 +32,9 @@ const SHORTER: usize = 4;
 /// Largest logarithm of Hk - 1: far beyond any layer, and short of an overflow.
 const LARGEST_LOG_SHAPE: f64 = 8.0;
 
-/// Largest changes of one step.
+/// Changes by which the unknowns are measured, and how many of these a step may take at most: a longer one is tried before
+/// it is taken, so that this need only keep it within what the closure is made for.
+const FREEDOM: f64 = 3.0;
 const LOG_THETA: f64 = 0.4;
 const LOG_SHAPE: f64 = 0.4;
 const AMPLIFICATION: f64 = 6.0;
@@ -58,10 +59,10 @@ fn admissible(system: &System, at: &Linearised, profiles: &Profiles, unknowns: &
             }
             _ => *change_here,
         };
-        limit(theta, LOG_THETA);
-        limit(shape, LOG_SHAPE);
-        limit(third, if at.numbering.regime(k) == Regime::Laminar { AMPLIFICATION } else { LOG_STRESS });
-        limit(speed, LOG_SPEED);
+        limit(theta, FREEDOM * LOG_THETA);
+        limit(shape, FREEDOM * LOG_SHAPE);
+        limit(third, FREEDOM * if at.numbering.regime(k) == Regime::Laminar { AMPLIFICATION } else { LOG_STRESS });
+        limit(speed, FREEDOM * LOG_SPEED);
     }
     limit(change.globals[0], 0.02);
     for side in Side::BOTH {
@@ -186,7 +187,7 @@ fn limited(
 
 /// Iterates from `start` until the largest residual is below `tolerance`.
 pub(crate) fn solve(system: &System, start: Unknowns, tolerance: f64, limit: usize) -> Converged {
-    solve_patiently(system, start, tolerance, limit, PATIENCE)
+    solve_within(system, start, tolerance, limit, PATIENCE, f64::INFINITY)
 }
 
 /// The same; gives up after `patience` iterations without progress.
@@ -196,6 +197,23 @@ pub(crate) fn solve_patiently(
     tolerance: f64,
     limit: usize,
     patience: usize,
+) -> Converged {
+    solve_within(system, start, tolerance, limit, patience, f64::INFINITY)
+}
+
+/// The same from a solution nearby; gives up at once where transition would move farther than `reach` in the first
+/// step, in lengths of its side.
+pub(crate) fn solve_nearby(system: &System, start: Unknowns, tolerance: f64, limit: usize, reach: f64) -> Converged {
+    solve_within(system, start, tolerance, limit, PATIENCE, reach)
+}
+
+fn solve_within(
+    system: &System,
+    start: Unknowns,
+    tolerance: f64,
+    limit: usize,
+    patience: usize,
+    reach: f64,
 ) -> Converged {
     let mut unknowns = start;
     let mut at = system.linearise(&unknowns);
@@ -216,6 +234,10 @@ pub(crate) fn solve_patiently(
         if !change.is_finite() {
             drop(reduced);
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged: false };
+        }
+        let far = |side: Side| change.globals[1 + side.index()].abs() > reach * length(system, &unknowns, side);
+        if iteration == 0 && Side::BOTH.into_iter().any(far) {
+            return Converged { unknowns, linearised: at, residual, iterations: 0, converged: false };
         }
         let norm = at.norm();
         if norm < 0.9 * best.0 {
@@ -242,7 +264,7 @@ pub(crate) fn solve_patiently(
 }
 
 /// As [`solve`], with every state put back onto the boundary-layer equations while the speeds are far apart.
-pub(crate) fn solve_projected(system: &System, start: Unknowns, keep: Keep, tolerance: f64, limit: usize) -> Converged {
+pub(crate) fn solve_projected(system: &System, start: Unknowns, tolerance: f64, limit: usize) -> Converged {
     let mut unknowns = start;
     let mut at = system.linearise(&unknowns);
     for iteration in 0..limit {
@@ -261,21 +283,9 @@ pub(crate) fn solve_projected(system: &System, start: Unknowns, keep: Keep, tole
             return Converged { unknowns, linearised: at, residual, iterations: iteration, converged: false };
         };
         let profiles = Profiles::new(system.layout, &unknowns, system.section.map.total);
-        (unknowns, _) = match keep {
-            Keep::Nearest => {
-                let factor = admissible(system, &at, &profiles, &unknowns, &change);
-                system.project(
-                    &profiles.carried(
-                        system.layout,
-                        &moved(system, &unknowns, &change, factor),
-                        system.section.map.total,
-                    ),
-                    keep,
-                    &[],
-                )
-            }
-            Keep::Mass => defect_step(system, &at, &profiles, &unknowns, change),
-        };
+        let factor = admissible(system, &at, &profiles, &unknowns, &change);
+        let moving = moved(system, &unknowns, &change, factor);
+        unknowns = system.project(&profiles.carried(system.layout, &moving, system.section.map.total));
         at = system.linearise(&unknowns);
     }
     let residual = at.residual();
@@ -284,52 +294,6 @@ pub(crate) fn solve_projected(system: &System, start: Unknowns, keep: Keep, tole
 
 /// Norm of the residuals from which on Newton's method needs no help.
 const NEAR: f64 = 1e-2;
-/// Largest change of the logarithm of a mass defect in one step.
-const LOG_MASS: f64 = 0.5;
-
-/// A step of the mass defects and of the global unknowns, the states following by the boundary-layer equations.
-fn defect_step(
-    system: &System,
-    at: &Linearised,
-    profiles: &Profiles,
-    unknowns: &Unknowns,
-    mut change: Change,
-) -> (Unknowns, usize) {
-    let steps: Vec<f64> = at
-        .log_mass
-        .iter()
-        .zip(&change.stations)
-        .map(|(by, step)| by.iter().zip(step).map(|(a, b)| a * b).sum())
-        .collect();
-    let largest = steps.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let mut factor = (LOG_MASS / largest).min(1.0);
-    for side in Side::BOTH {
-        factor = factor.min(room(system, unknowns, side, &change) / change.globals[1 + side.index()].abs());
-    }
-    // the states are but a first guess here
-    let bounds = [LOG_THETA, LOG_SHAPE, 0.5 * AMPLIFICATION, LOG_SPEED];
-    for station in &mut change.stations {
-        for (step, bound) in station.iter_mut().zip(bounds) {
-            *step = step.clamp(-bound / factor, bound / factor);
-        }
-    }
-    let mut best = None;
-    for _ in 0..5 {
-        let log_mass: Vec<f64> = at.mass.iter().zip(&steps).map(|(m, step)| m.ln() + factor * step).collect();
-        let (next, failures) = system.project(
-            &profiles.carried(system.layout, &moved(system, unknowns, &change, factor), system.section.map.total),
-            Keep::Mass,
-            &log_mass,
-        );
-        if failures == 0 {
-            return (next, 0);
-        }
-        best = Some((next, failures));
-        factor *= 0.5;
-    }
-    best.unwrap_or_else(|| (unknowns.clone(), 0))
-}
-
 /// Largest admissible step of the transition point of a side.
 fn room(system: &System, unknowns: &Unknowns, side: Side, change: &Change) -> f64 {
     let length = length(system, unknowns, side);

@@ -1,9 +1,9 @@
 //! Puts a state back onto the boundary-layer equations.
 //!
 //! Newton's method is at its best where the boundary-layer equations hold and only the speeds and transition disagree
-//! with them. A march downstream restores that after a step. What is held at a station is either its mass defect
-//! (inverse mode), or the combination of speed and shape parameter whose least change leads back to the equations (a
-//! mixture of direct and inverse mode). Both stay regular through separation.
+//! with them. A march downstream restores that after a step. What is held at a station is the combination of speed and
+//! shape parameter whose least change leads back to the equations, a mixture of direct and inverse mode that stays
+//! regular through separation.
 
 use super::chain::{Layer, wake_span};
 use super::duals::{Dual4, gradient};
@@ -22,30 +22,12 @@ const SPEED_WEIGHT: f64 = 200.0;
 
 type Equations<'a> = dyn Fn(&Derived<Dual4>) -> [Dual4; 3] + 'a;
 
-/// What a station keeps of itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Keep {
-    /// Its mass defect.
-    Mass,
-    /// As much as possible of its speed and shape parameter.
-    Nearest,
-}
-
-/// Where a station is to go.
-struct Target {
-    keep: Keep,
-    state: State<f64>,
-    log_mass: f64,
-    /// Dead air at the station, part of its defect.
-    gap: f64,
-}
-
 /// Solution of the equations of one station; `None` where Newton's method does not get there.
 fn solve_station(
     layer: &Layer,
     regime: Regime,
     guess: State<f64>,
-    target: &Target,
+    target: &State<f64>,
     equations: &Equations,
 ) -> Option<State<f64>> {
     let gas = layer.gas.map(Dual4::from);
@@ -59,22 +41,12 @@ fn solve_station(
         if worst.is_nan() {
             return None;
         }
-        let (away, by) = match target.keep {
-            Keep::Mass => {
-                let mass = derived.mass + num_dual::DualNum::exp(&derived.state.log_speed) * target.gap;
-                let away = num_dual::DualNum::ln(&mass) - target.log_mass;
-                (away.re, gradient(&away))
-            }
-            Keep::Nearest => {
-                let [by_shape, by_speed] = match weights {
-                    Some(weights) => weights,
-                    None => *weights.insert(distance_gradient(&rows)?),
-                };
-                let (shape, speed) =
-                    (state.log_shape - target.state.log_shape, state.log_speed - target.state.log_speed);
-                (by_shape * shape + by_speed * speed, [0.0, by_shape, 0.0, by_speed])
-            }
+        let [by_shape, by_speed] = match weights {
+            Some(weights) => weights,
+            None => *weights.insert(distance_gradient(&rows)?),
         };
+        let away = by_shape * (state.log_shape - target.log_shape) + by_speed * (state.log_speed - target.log_speed);
+        let by = [0.0, by_shape, 0.0, by_speed];
         if worst < 1e-8 && away.abs() < 1e-8 {
             return Some(state);
         }
@@ -121,25 +93,19 @@ fn distance_gradient(rows: &[[f64; 4]; 3]) -> Option<[f64; 2]> {
 struct March<'a, 'b> {
     layer: &'a Layer<'b>,
     unknowns: Unknowns,
-    keep: Keep,
-    log_mass: &'a [f64],
-    failures: usize,
 }
 
 impl March<'_, '_> {
     /// Solves station `k`; where that fails it keeps its speed and shape parameter.
-    fn advance(&mut self, k: usize, gap: f64, equations: &Equations) {
+    fn advance(&mut self, k: usize, equations: &Equations) {
         let regime = self.layer.numbering.regime(k);
         let here = self.unknowns.stations[k];
-        let target =
-            Target { keep: self.keep, state: here, log_mass: self.log_mass.get(k).copied().unwrap_or(0.0), gap };
-        let found = solve_station(self.layer, regime, here, &target, equations).or_else(|| {
+        let found = solve_station(self.layer, regime, here, &here, equations).or_else(|| {
             let before = *self.unknowns.stations.get(k.wrapping_sub(1))?;
-            solve_station(self.layer, regime, before, &target, equations)
+            solve_station(self.layer, regime, before, &here, equations)
         });
-        match found {
-            Some(state) => self.unknowns.stations[k] = state,
-            None => self.failures += 1,
+        if let Some(state) = found {
+            self.unknowns.stations[k] = state;
         }
     }
 
@@ -151,7 +117,7 @@ impl March<'_, '_> {
             let regime = numbering.regime(k);
             if j == 0 {
                 let equations = first_equations(x[0]);
-                self.advance(k, 0.0, &equations);
+                self.advance(k, &equations);
                 continue;
             }
             let mut before = self.unknowns.stations[k - 1];
@@ -172,7 +138,7 @@ impl March<'_, '_> {
                 };
                 [a, b, third]
             };
-            self.advance(k, 0.0, &equations);
+            self.advance(k, &equations);
         }
     }
 
@@ -198,18 +164,18 @@ impl March<'_, '_> {
                 let [a, b] = interval::momentum_and_energy(&start, d, &span, Regime::Wake);
                 [a, b, interval::lag(&start, d, &span, Regime::Wake)]
             };
-            self.advance(first + j, self.layer.gap[j], &equations);
+            self.advance(first + j, &equations);
         }
     }
 }
 
 impl System<'_> {
-    /// `unknowns` put back onto the boundary-layer equations; with it the number of stations where that failed.
-    pub fn project(&self, unknowns: &Unknowns, keep: Keep, log_mass: &[f64]) -> (Unknowns, usize) {
+    /// `unknowns` put back onto the boundary-layer equations, as far as that can be done station by station.
+    pub fn project(&self, unknowns: &Unknowns) -> Unknowns {
         let layer = self.layer();
         let total = self.section.map.total;
         let laminar = layer.numbering.laminar;
-        let mut march = March { layer: &layer, unknowns: unknowns.clone(), keep, log_mass, failures: 0 };
+        let mut march = March { layer: &layer, unknowns: unknowns.clone() };
         for side in Side::BOTH {
             let at = side.index();
             let abscissas = |u: &Unknowns| {
@@ -218,8 +184,7 @@ impl System<'_> {
             };
             let x = abscissas(&march.unknowns);
             march.side(side, &x, 0..laminar);
-            let crossing = self.critical(side, &march.unknowns, &x);
-            if let Some(crossing) = crossing.filter(|_| keep == Keep::Nearest) {
+            if let Some(crossing) = self.critical(side, &march.unknowns, &x) {
                 let profiles = Profiles::new(self.layout, &march.unknowns, total);
                 march.unknowns.transition[at] = crossing;
                 profiles.place(self.layout, &mut march.unknowns, total);
@@ -230,7 +195,7 @@ impl System<'_> {
             march.side(side, &x, laminar..layer.numbering.side);
         }
         march.wake();
-        (march.unknowns, march.failures)
+        march.unknowns
     }
 
     /// Where the amplification of a side becomes critical ahead of its transition point.
