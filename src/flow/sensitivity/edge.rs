@@ -55,7 +55,7 @@ pub(super) fn add_edge(
     let count = edge.cut.points.len();
     let directions = vec![edge.cut.direction; count];
     let mut sums = Velocities::new([cos, sin], count, 0);
-    let mut table = Table::new(count, n - 1);
+    let mut table = Table::new(count);
     for j in 0..n - 1 {
         let velocity = PanelVelocity {
             pairs: edge.polar.pairs_of([j, j + 1]),
@@ -65,11 +65,11 @@ pub(super) fn add_edge(
             source: [0.0; 2],
             jump: smoothed[j] - smoothed[j + 1],
         };
-        sums.add(&points, (&mut table, j), &velocity, &[], |_| Place::Elsewhere);
+        sums.add(&points, &mut table, &velocity, &[], |_| Place::Elsewhere);
     }
-    scatter_ends(&table.sums(&points), &outline.nodes, &mut collected.nodes);
+    scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
     let polar = &reverse.flow.edge_polar;
-    let mut table = Table::new(count, ends.len() - 1);
+    let mut table = Table::new(count);
     for h in 0..ends.len() - 1 {
         let velocity = PanelVelocity {
             pairs: polar.pairs_of([h, h + 1]),
@@ -79,9 +79,9 @@ pub(super) fn add_edge(
             source: [sources[h], sources[h + 1]],
             jump: 0.0,
         };
-        sums.add(&points, (&mut table, h), &velocity, &[], |_| Place::Elsewhere);
+        sums.add(&points, &mut table, &velocity, &[], |_| Place::Elsewhere);
     }
-    scatter_ends(&table.sums(&points), ends, by_ends);
+    scatter_ends(&table.sums(), ends, by_ends);
     if outline.trailing_edge == TrailingEdge::Blunt {
         let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
         sums.add_closing(reverse, edge_speed, &points, &directions, collected);

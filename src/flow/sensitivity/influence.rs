@@ -108,7 +108,7 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
     let points = Points::new(&outline.nodes, |output, i| weights[output][i]);
     let mut slopes = Slopes::zeros(n);
     let mut by_point = vec![[0.0; 2]; n];
-    let mut table = Table::new(n, n - 1);
+    let mut table = Table::new(n);
     for j in 0..n - 1 {
         let panel = Straight::new(outline.panel(j));
         let jump = smoothed[j + 1] - smoothed[j];
@@ -116,10 +116,10 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
         let stream = SurfaceStream { pairs, panel, strengths: [strengths[j], strengths[j + 1]], jump };
         // the other ends of a sharp edge, too, stand on the first and the last panel
         slopes.fill(&points, &panel, &stream, &[0, j, j + 1, n - 1], |i| outline.place(i, j));
-        table.enter(j, &panel, &points, &slopes);
+        table.enter(&panel, &points, &slopes, |_| [0.0; 2]);
         slopes.add_outer(&panel, &mut by_point);
     }
-    scatter_ends(&table.sums(&points), &outline.nodes, &mut collected.nodes);
+    scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
     points.add_weighted(&by_point, collected);
     if outline.trailing_edge == TrailingEdge::Blunt {
         add_closing(reverse, weights, strengths, collected);
@@ -200,15 +200,15 @@ pub(super) fn add_wake_stream(
     let nodes = Points::new(&outline.nodes, |output, i| weights.stream[output][i]);
     let mut slopes = Slopes::zeros(n);
     let mut by_node = vec![[0.0; 2]; n];
-    let mut table = Table::new(n, points.len() - 1);
+    let mut table = Table::new(n);
     for h in 0..points.len() - 1 {
         let panel = Straight::new([points[h], points[h + 1]]);
         let pairs = reverse.flow.polar.pairs_of([h, h + 1]);
         let stream = WakeStream { pairs, panel, strengths: [strengths[h], strengths[h + 1]] };
         slopes.fill(&nodes, &panel, &stream, &[0, n - 1], |i| edge_place(outline, i, h));
-        table.enter(h, &panel, &nodes, &slopes);
+        table.enter(&panel, &nodes, &slopes, |_| [0.0; 2]);
         slopes.add_outer(&panel, &mut by_node);
     }
-    scatter_ends(&table.sums(&nodes), points, by_points);
+    scatter_ends(&table.sums(), points, by_points);
     nodes.add_weighted(&by_node, collected);
 }

@@ -7,12 +7,10 @@
 use super::{Collected, Each, OUTPUTS};
 use crate::differentiate::Tangent;
 use crate::flow::coupled::duals::{Dual4, gradient};
-use crate::flow::linear::{give_back, large_zeros, product};
 use crate::flow::panel::kernel::Place;
 use crate::flow::panel::polar::Straight;
-use nalgebra::DMatrix;
 use num_dual::DualNum;
-use pulp::NullaryFnOnce;
+use pulp::{NullaryFnOnce, Simd, WithSimd};
 
 /// Derivatives with respect to the coordinates of a point in the frame of a panel and the length of the panel.
 pub(super) type Dual3 = Tangent<3>;
@@ -33,6 +31,8 @@ pub(super) struct Points {
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub weights: Vec<Lanes>,
+    /// The same, output by output.
+    by_output: Each<Vec<f64>>,
 }
 
 impl Points {
@@ -41,6 +41,7 @@ impl Points {
             x: points.iter().map(|p| p[0]).collect(),
             y: points.iter().map(|p| p[1]).collect(),
             weights: (0..points.len()).map(|i| std::array::from_fn(|output| weight(output, i))).collect(),
+            by_output: std::array::from_fn(|output| (0..points.len()).map(|i| weight(output, i)).collect()),
         }
     }
 
@@ -144,51 +145,76 @@ fn fill<const N: usize, Q: Quantity<N>>(slopes: &mut [[f64; N]], points: &Points
 /// Numbers that a panel's sums consist of.
 const SUMS: usize = 5;
 
-/// What stands in the sums of all panels, point by point: the sums themselves are one product with the weights.
+/// Sums over the points, panel after panel.
 pub(super) struct Table {
-    /// A row a point, [`SUMS`] columns a panel.
-    entries: DMatrix<f64>,
+    /// What stands in the sums of the panel under way, point by point.
+    terms: [Vec<f64>; SUMS],
+    panels: Vec<PanelSums>,
 }
 
 impl Table {
-    pub fn new(points: usize, panels: usize) -> Self {
-        Self { entries: large_zeros(points, SUMS * panels) }
+    pub fn new(points: usize) -> Self {
+        Self { terms: std::array::from_fn(|_| vec![0.0; points]), panels: Vec::new() }
     }
 
-    /// Enters the slopes of panel `j`.
-    pub fn enter<const N: usize>(&mut self, j: usize, panel: &Straight, points: &Points, slopes: &Slopes<N>) {
-        let n = points.x.len();
-        let own = &mut self.entries.as_mut_slice()[SUMS * j * n..SUMS * (j + 1) * n];
-        let (shift, rest) = own.split_at_mut(2 * n);
-        let (turn, stretch) = rest.split_at_mut(2 * n);
+    /// Adds the next panel: its slopes, and coefficients of the unit vector along it, point by point, beyond those that
+    /// follow from the slopes.
+    pub fn enter<const N: usize>(
+        &mut self,
+        panel: &Straight,
+        points: &Points,
+        slopes: &Slopes<N>,
+        beyond: impl Fn(usize) -> [f64; 2],
+    ) {
+        let n = slopes.0.len();
+        let [along, across, turn_x, turn_y, stretch] = self.terms.each_mut().map(|terms| &mut terms[..n]);
         for (i, slopes) in slopes.0.iter().enumerate() {
-            (shift[i], shift[n + i], stretch[i]) = (slopes[0], slopes[1], slopes[2]);
-            [turn[i], turn[n + i]] = turned(panel, points.at(i), slopes[0], slopes[1]);
+            (along[i], across[i], stretch[i]) = (slopes[0], slopes[1], slopes[2]);
+            let [x, y] = turned(panel, points.at(i), slopes[0], slopes[1]);
+            let [more_x, more_y] = beyond(i);
+            (turn_x[i], turn_y[i]) = (x + more_x, y + more_y);
         }
-    }
-
-    /// Adds coefficients of the unit vector along panel `j`, point by point.
-    pub fn enter_turn(&mut self, j: usize, coefficients: impl Iterator<Item = [f64; 2]>) {
-        let n = self.entries.nrows();
-        let turn = &mut self.entries.as_mut_slice()[(SUMS * j + 2) * n..(SUMS * j + 4) * n];
-        for (i, [a, b]) in coefficients.enumerate() {
-            turn[i] += a;
-            turn[n + i] += b;
-        }
+        let terms = self.terms.each_ref().map(Vec::as_slice);
+        let weights = points.by_output.each_ref().map(Vec::as_slice);
+        let [along, across, x, y, stretch] = pulp::Arch::new().dispatch(Weighted { terms, weights });
+        self.panels.push(PanelSums { shift: [along, across], turn: [x, y], stretch });
     }
 
     /// The sums of all panels.
-    pub fn sums(mut self, points: &Points) -> Vec<PanelSums> {
-        let weights = DMatrix::from_fn(OUTPUTS, points.weights.len(), |output, i| points.weights[i][output]);
-        let sums = product(&weights, &self.entries);
-        give_back(&mut self.entries);
-        let column = |k: usize| std::array::from_fn(|output| sums[(output, k)]);
-        let panel = |first: usize| PanelSums {
-            shift: [column(first), column(first + 1)],
-            turn: [column(first + 2), column(first + 3)],
-            stretch: column(first + 4),
-        };
-        (0..sums.ncols()).step_by(SUMS).map(panel).collect()
+    pub fn sums(self) -> Vec<PanelSums> {
+        self.panels
+    }
+}
+
+/// Sums of terms times weights, for every kind of term and every output; a product of two narrow matrices, for which
+/// blocks are too wide.
+struct Weighted<'a> {
+    terms: [&'a [f64]; SUMS],
+    weights: [&'a [f64]; OUTPUTS],
+}
+
+impl WithSimd for Weighted<'_> {
+    type Output = [Lanes; SUMS];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let mut sums = [[0.0; OUTPUTS]; SUMS];
+        let terms = self.terms.map(S::as_simd_f64s);
+        for (output, weights) in self.weights.into_iter().enumerate() {
+            let (weights, rest) = S::as_simd_f64s(weights);
+            let vectors = terms.map(|(vectors, _)| &vectors[..weights.len()]);
+            let mut many = [simd.splat_f64s(0.0); SUMS];
+            for (i, weight) in weights.iter().enumerate() {
+                for k in 0..SUMS {
+                    many[k] = simd.mul_add_e_f64s(vectors[k][i], *weight, many[k]);
+                }
+            }
+            for k in 0..SUMS {
+                let few: f64 = terms[k].1.iter().zip(rest).map(|(term, weight)| term * weight).sum();
+                sums[k][output] = simd.reduce_sum_f64s(many[k]) + few;
+            }
+        }
+        sums
     }
 }
 

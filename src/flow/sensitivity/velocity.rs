@@ -66,11 +66,11 @@ impl Velocities {
         Self { slopes: Slopes::zeros(points), velocity: vec![onset; points], by_point: vec![[0.0; 2]; points], idle }
     }
 
-    /// Adds one panel, number `j` of `table`.
+    /// Adds one panel, the next of `table`.
     pub fn add(
         &mut self,
         points: &Points,
-        (table, j): (&mut Table, usize),
+        table: &mut Table,
         quantity: &PanelVelocity,
         special: &[usize],
         place: impl Fn(usize) -> Place,
@@ -78,9 +78,11 @@ impl Velocities {
         let panel = quantity.panel;
         self.slopes.fill(points, panel, quantity, special, place);
         self.slopes.0[..self.idle].fill([0.0; 5]);
-        table.enter(j, panel, points, &self.slopes);
-        let turned = self.slopes.0.iter().zip(quantity.directions);
-        table.enter_turn(j, turned.map(|([_, _, _, t, n], [x, y])| [t * x + n * y, t * y - n * x]));
+        let slopes = &self.slopes.0;
+        table.enter(panel, points, &self.slopes, |i| {
+            let ([_, _, _, along, across], [x, y]) = (slopes[i], quantity.directions[i]);
+            [along * x + across * y, along * y - across * x]
+        });
         self.slopes.add_outer(panel, &mut self.by_point);
         for (sum, [_, _, _, along, across]) in self.velocity.iter_mut().zip(&self.slopes.0) {
             let [x, y] = panel.outer([*along, *across]);

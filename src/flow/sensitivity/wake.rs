@@ -46,7 +46,7 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
     let nodes = Points::new(&flow.wake_nodes, |output, k| if k == 0 { 0.0 } else { reverse.wake_weights[output][k] });
     let directions = &flow.wake_tangents[..];
     let mut speeds = Velocities::new([cos, sin], w, 1);
-    let mut table = Table::new(w, n - 1);
+    let mut table = Table::new(w);
     for j in 0..n - 1 {
         let velocity = PanelVelocity {
             pairs: flow.from_surface.pairs_of([j, j + 1]),
@@ -56,10 +56,10 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
             source: [0.0; 2],
             jump: smoothed[j] - smoothed[j + 1],
         };
-        speeds.add(&nodes, (&mut table, j), &velocity, &[], |_| Place::Elsewhere);
+        speeds.add(&nodes, &mut table, &velocity, &[], |_| Place::Elsewhere);
     }
-    scatter_ends(&table.sums(&nodes), &outline.nodes, &mut collected.nodes);
-    let mut table = Table::new(w, points.len() - 1);
+    scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
+    let mut table = Table::new(w);
     for h in 0..points.len() - 1 {
         let velocity = PanelVelocity {
             pairs: flow.from_wake.pairs_of([h, h + 1]),
@@ -70,9 +70,9 @@ fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[
             jump: 0.0,
         };
         let at_end = [h / 2, h.div_ceil(2)];
-        speeds.add(&nodes, (&mut table, h), &velocity, &at_end, |k| wake_place(k, h));
+        speeds.add(&nodes, &mut table, &velocity, &at_end, |k| wake_place(k, h));
     }
-    scatter_ends(&table.sums(&nodes), points, by_points);
+    scatter_ends(&table.sums(), points, by_points);
     if outline.trailing_edge == TrailingEdge::Blunt {
         let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
         speeds.add_closing(reverse, edge_speed, &nodes, directions, collected);
