@@ -11,7 +11,7 @@ use super::system::{Change, Reduced, Residuals, System, signed};
 use super::unknowns::{Numbering, Side, Unknowns};
 
 /// A step is worth following if it leaves at most this share of the residuals.
-const CONTRACTION: f64 = 0.3;
+const CONTRACTION: f64 = 0.2;
 /// Most steps with one Jacobian.
 const STEPS: usize = 8;
 
