@@ -201,7 +201,7 @@ impl Case<'_> {
         newton::solve(&system, start, self.settings.tolerance, self.settings.iterations)
     }
 
-    /// Warm start, cold start, then easier conditions that lead to the one wanted.
+    /// Warm start unless it is far off, cold start, then easier conditions that lead to the one wanted.
     fn converge(&self, flow: &FlowResponse, warm: Option<&Unknowns>) -> (Found, Vec<Attempt>) {
         let mut attempts = Vec::new();
         let mut far = None;

@@ -138,11 +138,6 @@ pub(super) fn first_equations(x: f64) -> impl Fn(&Derived<Dual4>) -> [Dual4; 3] 
 impl System<'_> {
     /// Start by marching, from the closed-form start.
     pub fn march(&self, closed_form: &Unknowns) -> Unknowns {
-        self.march_with(closed_form, [false; 2])
-    }
-
-    /// The same; a side that is `late` stays laminar as far as it can, whatever the amplification.
-    pub fn march_with(&self, closed_form: &Unknowns, late: [bool; 2]) -> Unknowns {
         let layer = self.layer();
         let numbering = layer.numbering;
         let mut unknowns = closed_form.clone();
@@ -154,8 +149,7 @@ impl System<'_> {
             };
             let limit = self.trips[at].map_or(length, |s| side.sign() * (unknowns.stagnation - s));
             let limit = limit.clamp(0.004 * length, 0.992 * length);
-            let found =
-                if late[at] { limit } else { self.amplified(&layer, side, (limit, length), unknowns.stagnation) };
+            let found = self.amplified(&layer, side, (limit, length), unknowns.stagnation);
             unknowns.transition[at] = found.clamp(0.003 * length, limit);
             let transition = unknowns.transition[at];
             let mut states = self.march_laminar(&layer, side, (transition, length), unknowns.stagnation, f64::INFINITY);
