@@ -219,9 +219,10 @@ impl Case<'_> {
             }
         }
         let direct = self.solve(flow, &self.condition, None);
-        if direct.converged {
+        if direct.converged || (far.is_none() && !self.settings.retry) {
             return ((direct, self.layout.clone()), attempts);
         }
+        attempts.push(Attempt::of("march", &direct));
         if let Some(warm) = far {
             let end = self.solve(flow, &self.condition, Some(warm));
             if end.converged {
@@ -232,7 +233,6 @@ impl Case<'_> {
         if !self.settings.retry {
             return ((direct, self.layout.clone()), attempts);
         }
-        attempts.push(Attempt::of("march", &direct));
         let (found, attempts) = Ladder::new(self, flow, attempts).climb();
         (found.unwrap_or_else(|| (direct, self.layout.clone())), attempts)
     }

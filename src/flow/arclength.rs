@@ -18,7 +18,7 @@ use super::coupled::unknowns::Unknowns;
 use super::ladder::{self, Ladder};
 use std::f64::consts::FRAC_PI_2;
 
-/// First, largest and smallest step, in the metric of the largest changes of one Newton step.
+/// First, largest and smallest step, in the metric of the usual changes of one Newton step.
 const FIRST_STEP: f64 = 0.5;
 const LARGEST_STEP: f64 = 2.0;
 const SMALLEST_STEP: f64 = 0.002;

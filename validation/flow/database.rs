@@ -289,9 +289,11 @@ fn summary(arguments: &Database, points: &[Vec<Point>], seconds: f64, jobs: usiz
     sheet.set_figures(figures);
     for (reynolds, within, share) in shares {
         let bar = if reynolds == 1e6 { SHARE } else { SHARE_ELSEWHERE };
-        let what =
-            format!("share of all points that converges, Re {reynolds:.1e} ({:.2} % within the model)", 100.0 * within);
-        sheet.at_least(&what, bar, share);
+        let what = format!(
+            "share of all points that converges, Re {reynolds:.1e} ({:.2} % with those beyond the model)",
+            100.0 * share
+        );
+        sheet.at_least(&what, bar, within);
     }
     sheet
 }

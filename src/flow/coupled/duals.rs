@@ -10,6 +10,8 @@ pub(crate) type Dual8 = Tangent<8>;
 pub(crate) type Dual10 = Tangent<10>;
 /// Derivatives with respect to two abscissas.
 pub(crate) type Dual2 = Tangent<2>;
+/// Derivatives with respect to three unknowns of a station, or to a place in the frame of a panel and its length.
+pub(crate) type Dual3 = Tangent<3>;
 
 /// The gradient a dual number carries.
 #[inline(always)]

@@ -5,15 +5,13 @@
 //! equations; only the speeds in separated regions disagree with the panels, and that is what Newton mends.
 
 use super::chain::{Layer, wake_span};
-use super::duals::{Dual2, Dual4};
+use super::duals::{Dual2, Dual3, Dual4};
 use super::system::System;
 use super::unknowns::{Side, Unknowns};
 use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::interval::{self, Span};
 use crate::flow::boundary_layer::station::{Derived, Regime, State, transition_state};
 use nalgebra::{SMatrix, SVector};
-
-type Dual3 = Tangent<3>;
 
 /// Hk above which the march prescribes Hk.
 const LAMINAR_LIMIT: f64 = 3.8;

@@ -96,7 +96,7 @@ fn moved(system: &System, unknowns: &Unknowns, change: &Change, factor: f64) -> 
     next
 }
 
-/// Length of a change, every unknown measured by the largest change of one step.
+/// Length of a change, every unknown measured by a usual change of one step.
 fn size(system: &System, at: &Linearised, unknowns: &Unknowns, change: &Change) -> f64 {
     let mut sum = 0.0;
     for (k, [theta, shape, third, speed]) in change.stations.iter().enumerate() {
@@ -124,7 +124,7 @@ pub(crate) fn admissible_factor(system: &System, at: &Linearised, unknowns: &Unk
     admissible(system, at, &profiles, unknowns, change)
 }
 
-/// A scalar product of changes, every unknown measured by the largest change of one step.
+/// A scalar product of changes, every unknown measured by a usual change of one step.
 pub(crate) struct Metric {
     numbering: Numbering,
     transition: [f64; 2],

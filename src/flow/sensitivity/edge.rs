@@ -1,14 +1,11 @@
 //! Reverse sweep through the equation of the trailing edge: every panel and the few points of the cut.
 
 use super::influence::scatter_edge;
-use super::sums::{Points, Table, scatter_ends};
-use super::velocity::{PanelVelocity, Velocities};
-use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
+use super::sums::Points;
+use super::velocity::{Observers, Velocities};
+use super::{Collected, Each, OUTPUTS, Reverse};
 use crate::flow::coupled::duals::{Dual8, gradient};
 use crate::flow::panel::edge::Cut;
-use crate::flow::panel::kernel::Place;
-use crate::flow::panel::outline::TrailingEdge;
-use crate::flow::panel::polar::Straight;
 
 /// The cut as a function of nodes 0, 1, N − 2, N − 1 (two directions each).
 fn cut_dual(nodes: &[[f64; 2]]) -> Cut<Dual8> {
@@ -43,9 +40,6 @@ pub(super) fn add_edge(
     by_ends: &mut Each<Vec<[f64; 2]>>,
     collected: &mut Collected,
 ) {
-    let outline = &reverse.section.panels.outline;
-    let n = outline.len();
-    let Strengths { nodes: strengths, smoothed, wake: sources } = &reverse.at_solution;
     let (sin, cos) = reverse.flow.alpha.sin_cos();
     let edge = &reverse.section.panels.edge;
     for output in 0..OUTPUTS {
@@ -55,36 +49,13 @@ pub(super) fn add_edge(
     let count = edge.cut.points.len();
     let directions = vec![edge.cut.direction; count];
     let mut sums = Velocities::new([cos, sin], count, 0);
-    let mut table = Table::new(count);
-    for j in 0..n - 1 {
-        let velocity = PanelVelocity {
-            pairs: edge.polar.pairs_of([j, j + 1]),
-            panel: &Straight::new(outline.panel(j)),
-            directions: &directions,
-            vortex: [strengths[j], strengths[j + 1]],
-            source: [0.0; 2],
-            jump: smoothed[j] - smoothed[j + 1],
-        };
-        sums.add(&points, &mut table, &velocity, &[], |_| Place::Elsewhere);
-    }
-    scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
-    let polar = &reverse.flow.edge_polar;
-    let mut table = Table::new(count);
-    for h in 0..ends.len() - 1 {
-        let velocity = PanelVelocity {
-            pairs: polar.pairs_of([h, h + 1]),
-            panel: &Straight::new([ends[h], ends[h + 1]]),
-            directions: &directions,
-            vortex: [0.0; 2],
-            source: [sources[h], sources[h + 1]],
-            jump: 0.0,
-        };
-        sums.add(&points, &mut table, &velocity, &[], |_| Place::Elsewhere);
-    }
-    scatter_ends(&table.sums(), ends, by_ends);
-    if outline.trailing_edge == TrailingEdge::Blunt {
-        let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
-        sums.add_closing(reverse, edge_speed, &points, &directions, collected);
-    }
+    let observers = Observers {
+        points: &points,
+        directions: &directions,
+        from_surface: &edge.polar,
+        from_wake: &reverse.flow.edge_polar,
+        of_wake: false,
+    };
+    sums.add_panels(reverse, &observers, ends, by_ends, collected);
     add_cut(reverse, weights, &sums, collected);
 }

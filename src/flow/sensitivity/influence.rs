@@ -1,8 +1,8 @@
 //! Reverse sweep through the panel equations: every panel and every node, once for all outputs.
 
-use super::sums::{Dual3, Points, Quantity, Slopes, Table, scatter_ends};
+use super::sums::{Points, Quantity, Slopes, Table, scatter_ends};
 use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
-use crate::flow::coupled::duals::{Dual4, Dual8, gradient};
+use crate::flow::coupled::duals::{Dual3, Dual4, Dual8, gradient};
 use crate::flow::coupled::response::edge_place;
 use crate::flow::panel::kernel::{Place, stream_influence};
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};

@@ -5,15 +5,11 @@
 //! turned into the outer frame once a panel.
 
 use super::{Collected, Each, OUTPUTS};
-use crate::differentiate::Tangent;
-use crate::flow::coupled::duals::{Dual4, gradient};
+use crate::flow::coupled::duals::{Dual3, Dual4, gradient};
 use crate::flow::panel::kernel::Place;
 use crate::flow::panel::polar::Straight;
 use num_dual::DualNum;
 use pulp::{NullaryFnOnce, Simd, WithSimd};
-
-/// Derivatives with respect to the coordinates of a point in the frame of a panel and the length of the panel.
-pub(super) type Dual3 = Tangent<3>;
 
 /// The variables of a panel seen from a point.
 #[inline(always)]

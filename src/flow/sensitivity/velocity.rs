@@ -1,26 +1,28 @@
 //! Reverse sweep through the velocities that panels bring about at points, taken in a direction at each point.
 
 use super::influence::{closing_strengths, origin, scatter_edge, seen_from};
-use super::sums::{Dual3, Points, Quantity, Slopes, Table};
-use super::{Collected, OUTPUTS, Reverse};
-use crate::flow::coupled::duals::{Dual4, gradient};
+use super::sums::{Points, Quantity, Slopes, Table, scatter_ends};
+use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
+use crate::flow::coupled::duals::{Dual3, Dual4, gradient};
+use crate::flow::coupled::response::wake_place;
 use crate::flow::panel::kernel::{Place, velocity_influence};
-use crate::flow::panel::polar::{Pairs, Straight};
+use crate::flow::panel::outline::TrailingEdge;
+use crate::flow::panel::polar::{Pairs, Polar, Straight};
 use num_dual::DualNum;
 
 /// Velocity of a panel with linear vortex and source strengths in the direction of every point: its slopes, and the
 /// velocity along and across the panel.
 #[derive(Clone, Copy)]
-pub(super) struct PanelVelocity<'a> {
-    pub pairs: Pairs<'a>,
-    pub panel: &'a Straight,
+struct PanelVelocity<'a> {
+    pairs: Pairs<'a>,
+    panel: &'a Straight,
     /// Directions at the points.
-    pub directions: &'a [[f64; 2]],
+    directions: &'a [[f64; 2]],
     /// Vortex strengths at the two ends.
-    pub vortex: [f64; 2],
+    vortex: [f64; 2],
     /// Source strengths at the two ends, and a constant one over the length of the panel.
-    pub source: [f64; 2],
-    pub jump: f64,
+    source: [f64; 2],
+    jump: f64,
 }
 
 impl Quantity<5> for PanelVelocity<'_> {
@@ -49,6 +51,19 @@ impl Quantity<5> for PanelVelocity<'_> {
     }
 }
 
+/// Points at which velocities are wanted.
+#[derive(Clone, Copy)]
+pub(super) struct Observers<'a> {
+    pub points: &'a Points,
+    /// Directions in which the velocities are taken.
+    pub directions: &'a [[f64; 2]],
+    /// Distances and directions from the nodes of the section, and from the ends of the wake's half panels.
+    pub from_surface: &'a Polar,
+    pub from_wake: &'a Polar,
+    /// Whether they are the nodes of the wake, which stand on its panels.
+    pub of_wake: bool,
+}
+
 /// Sums over the points under way.
 pub(super) struct Velocities {
     slopes: Slopes<5>,
@@ -66,8 +81,56 @@ impl Velocities {
         Self { slopes: Slopes::zeros(points), velocity: vec![onset; points], by_point: vec![[0.0; 2]; points], idle }
     }
 
+    /// Adds all panels: those of the surface, the half panels of the wake between `ends`, and the closing panel. The
+    /// derivatives go to the nodes and, `by_ends`, to the ends.
+    pub fn add_panels(
+        &mut self,
+        reverse: &Reverse,
+        observers: &Observers,
+        ends: &[[f64; 2]],
+        by_ends: &mut Each<Vec<[f64; 2]>>,
+        collected: &mut Collected,
+    ) {
+        let outline = &reverse.section.panels.outline;
+        let (n, count) = (outline.len(), self.velocity.len());
+        let Strengths { nodes: strengths, smoothed, wake: sources } = &reverse.at_solution;
+        let Observers { points, directions, from_surface, from_wake, of_wake } = *observers;
+        let mut table = Table::new(count);
+        for j in 0..n - 1 {
+            let velocity = PanelVelocity {
+                pairs: from_surface.pairs_of([j, j + 1]),
+                panel: &Straight::new(outline.panel(j)),
+                directions,
+                vortex: [strengths[j], strengths[j + 1]],
+                source: [0.0; 2],
+                jump: smoothed[j] - smoothed[j + 1],
+            };
+            self.add(points, &mut table, &velocity, &[], |_| Place::Elsewhere);
+        }
+        scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
+        let mut table = Table::new(count);
+        for h in 0..ends.len() - 1 {
+            let velocity = PanelVelocity {
+                pairs: from_wake.pairs_of([h, h + 1]),
+                panel: &Straight::new([ends[h], ends[h + 1]]),
+                directions,
+                vortex: [0.0; 2],
+                source: [sources[h], sources[h + 1]],
+                jump: 0.0,
+            };
+            let own = [h / 2, h.div_ceil(2)];
+            let special = if of_wake { &own[..] } else { &[] };
+            self.add(points, &mut table, &velocity, special, |k| wake_place(k, h));
+        }
+        scatter_ends(&table.sums(), ends, by_ends);
+        if outline.trailing_edge == TrailingEdge::Blunt {
+            let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
+            self.add_closing(reverse, edge_speed, points, directions, collected);
+        }
+    }
+
     /// Adds one panel, the next of `table`.
-    pub fn add(
+    fn add(
         &mut self,
         points: &Points,
         table: &mut Table,
@@ -92,7 +155,7 @@ impl Velocities {
     }
 
     /// Adds the closing panel of a blunt edge, which moves with the nodes of the edge.
-    pub fn add_closing(
+    fn add_closing(
         &mut self,
         reverse: &Reverse,
         edge_speed: f64,

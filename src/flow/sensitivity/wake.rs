@@ -1,17 +1,15 @@
 //! Reverse sweep through the wake: speeds along it, its path and its dead air.
 
 use super::influence::{PanelWeights, add_wake_stream, edge_frame_dual, scatter_edge};
-use super::sums::{Points, Table, scatter_ends};
-use super::velocity::{PanelVelocity, Velocities};
-use super::{Collected, Each, OUTPUTS, Reverse, Solved, Strengths};
+use super::sums::Points;
+use super::velocity::{Observers, Velocities};
+use super::{Collected, Each, OUTPUTS, Reverse, Solved};
 use crate::flow::boundary_layer::interval::{self, Span};
 use crate::flow::boundary_layer::station::Regime;
 use crate::flow::coupled::chain::WAKE_ORIGIN;
 use crate::flow::coupled::duals::{Dual2, Dual4, Dual8, gradient};
-use crate::flow::coupled::response::{wake_place, wake_points, wake_tangents};
-use crate::flow::panel::kernel::Place;
+use crate::flow::coupled::response::{wake_points, wake_tangents};
 use crate::flow::panel::outline::TrailingEdge;
-use crate::flow::panel::polar::Straight;
 use crate::flow::panel::wake;
 use num_dual::DualNum;
 
@@ -39,44 +37,20 @@ pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeight
 /// Speeds along the wake: positions of panels and wake nodes, tangents, onset flow. Node 0 takes the speed of the edge,
 /// whatever the geometry.
 fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[f64; 2]>>, collected: &mut Collected) {
-    let (outline, flow) = (&reverse.section.panels.outline, reverse.flow);
-    let (n, w) = (outline.len(), flow.wake_nodes.len());
-    let Strengths { nodes: strengths, smoothed, wake: sources } = &reverse.at_solution;
+    let flow = reverse.flow;
+    let w = flow.wake_nodes.len();
     let (sin, cos) = flow.alpha.sin_cos();
     let nodes = Points::new(&flow.wake_nodes, |output, k| if k == 0 { 0.0 } else { reverse.wake_weights[output][k] });
     let directions = &flow.wake_tangents[..];
     let mut speeds = Velocities::new([cos, sin], w, 1);
-    let mut table = Table::new(w);
-    for j in 0..n - 1 {
-        let velocity = PanelVelocity {
-            pairs: flow.from_surface.pairs_of([j, j + 1]),
-            panel: &Straight::new(outline.panel(j)),
-            directions,
-            vortex: [strengths[j], strengths[j + 1]],
-            source: [0.0; 2],
-            jump: smoothed[j] - smoothed[j + 1],
-        };
-        speeds.add(&nodes, &mut table, &velocity, &[], |_| Place::Elsewhere);
-    }
-    scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
-    let mut table = Table::new(w);
-    for h in 0..points.len() - 1 {
-        let velocity = PanelVelocity {
-            pairs: flow.from_wake.pairs_of([h, h + 1]),
-            panel: &Straight::new([points[h], points[h + 1]]),
-            directions,
-            vortex: [0.0; 2],
-            source: [sources[h], sources[h + 1]],
-            jump: 0.0,
-        };
-        let at_end = [h / 2, h.div_ceil(2)];
-        speeds.add(&nodes, &mut table, &velocity, &at_end, |k| wake_place(k, h));
-    }
-    scatter_ends(&table.sums(), points, by_points);
-    if outline.trailing_edge == TrailingEdge::Blunt {
-        let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
-        speeds.add_closing(reverse, edge_speed, &nodes, directions, collected);
-    }
+    let observers = Observers {
+        points: &nodes,
+        directions,
+        from_surface: &flow.from_surface,
+        from_wake: &flow.from_wake,
+        of_wake: true,
+    };
+    speeds.add_panels(reverse, &observers, points, by_points, collected);
     for k in 1..w {
         let tangent = directions[k];
         for output in 0..OUTPUTS {
