@@ -4,7 +4,7 @@ use super::duals::Dual4;
 use super::layout::Layout;
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
-use super::subpanel::Wall;
+use super::subpanel::{LocalSpeeds, Wall};
 use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::linear::{dot, give_back, large_zeros};
@@ -69,30 +69,25 @@ impl Global for Dual4 {
 
     fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
         let places: Vec<f64> = t.iter().map(|t| t.re).collect();
-        let wall = Wall::new(&places);
         let middles: Vec<Self> = t.windows(2).map(|t| (t[0] + t[1]) * 0.5).collect();
         let slopes: Vec<Self> =
             t.windows(2).zip(mass.windows(2)).map(|(t, m)| (t[1] - t[0]).recip() * (m[1] - m[0])).collect();
         let slope_values: Vec<f64> = slopes.iter().map(|s| s.re).collect();
-        let mut by_middle = vec![0.0; middles.len()];
+        let by_global = |numbers: &[Self]| [0, 1, 2, 3].map(|g| numbers.iter().map(|v| v.eps[g]).collect::<Vec<f64>>());
+        let (middles, slopes) = (by_global(&middles), by_global(&slopes));
+        let mut locals = LocalSpeeds::new(&places, &slope_values);
         let mut speeds = vec![Self::from_re(0.0); t.len()];
         for p in 1..t.len() - 1 {
-            let mut eps = [0.0; 4];
-            let local = wall.differentiate(places[p], p, &slope_values, &mut by_middle, |k, influence| {
-                for g in 0..4 {
-                    eps[g] += influence * slopes[k].eps[g];
-                }
-                visit(p, k, influence);
+            let local = locals.at(places[p], p);
+            let eps = std::array::from_fn(|g| {
+                dot(local.influences, &slopes[g][local.range.clone()])
+                    + dot(local.by_middle, &middles[g][local.range.clone()])
+                    + local.by_place * t[p].eps[g]
             });
-            for k in local.range {
-                for g in 0..4 {
-                    eps[g] += by_middle[k] * middles[k].eps[g];
-                }
-            }
-            for g in 0..4 {
-                eps[g] += local.by_place * t[p].eps[g];
-            }
             speeds[p] = Self { re: local.speed, eps };
+            for (k, influence) in local.range.zip(local.influences) {
+                visit(p, k, *influence);
+            }
         }
         speeds
     }

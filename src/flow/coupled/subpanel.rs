@@ -5,6 +5,7 @@
 //! smooth defect both agree. The kernel is cut off smoothly after [`REACH`] panels, where they agree anyhow.
 
 use crate::differentiate::Tangent;
+use crate::flow::linear::{dot, sum};
 use crate::scalar::Scalar;
 use std::f64::consts::FRAC_1_PI;
 
@@ -60,14 +61,6 @@ pub(crate) struct Wall<S = f64> {
     ends: [S; 2],
 }
 
-/// Sub-panel speed at one point, with its derivatives with respect to the point's own place and to the middles of the
-/// intervals (those of `range`, others are zero).
-pub(crate) struct LocalSpeed {
-    pub speed: f64,
-    pub by_place: f64,
-    pub range: std::ops::Range<usize>,
-}
-
 impl<S: Scalar> Wall<S> {
     /// `t` are all points, ascending.
     pub fn new(t: &[S]) -> Self {
@@ -120,67 +113,162 @@ impl<S: Scalar> Wall<S> {
     }
 }
 
-impl Wall {
-    /// The speed at point `p` for given slopes of the defect, with its derivatives; those with respect to the middles
-    /// are written to `by_middle`. Calls `visit(k, influence)` like [`influences`](Self::influences).
-    ///
-    /// Every influence depends on three neighbouring middles alone: dual numbers carry two or three derivatives in
-    /// place of those of all that moves the points.
-    pub fn differentiate(
-        &self,
-        at: f64,
-        p: usize,
-        slopes: &[f64],
-        by_middle: &mut [f64],
-        mut visit: impl FnMut(usize, f64),
-    ) -> LocalSpeed {
-        let last = self.middles.len() - 1;
-        let [from, to] = self.reach(at, p);
-        let range = from.saturating_sub(1)..(to + 2).min(last + 1);
-        by_middle[range.clone()].fill(0.0);
-        let place = |k: usize| Tangent::<1>::from_re(self.middles[k] - at).derivative(0);
-        // a number that depends on one of two variables
-        let first = |v: Tangent<1>| Tangent::<2> { re: v.re, eps: [v.eps[0], 0.0] };
-        let second = |v: Tangent<1>| Tangent::<2> { re: v.re, eps: [0.0, v.eps[0]] };
-        let between = |k: usize, a: Tangent<1>, at_a: Tangent<1>, b: Tangent<1>, at_b: Tangent<1>| {
-            quotient(first(a), first(at_a), second(b), second(at_b), self.per_distance[k])
-        };
-        let end = |k: usize| at_end(Tangent::<1>::from_re(self.ends[k] - at).derivative(0));
-        let mut speed = 0.0;
-        let mut by_ends = 0.0;
-        let mut x = place(from);
-        let mut here = second_integral(x);
-        let mut below = if from == 0 {
-            by_ends += end(0).eps[0] * window(x.re) * slopes[0];
-            Tangent::from_re(end(0).re)
-        } else {
-            let before = place(from - 1);
-            between(from - 1, before, second_integral(before), x, here)
-        };
-        for k in from..=to {
-            let (next_x, next, above);
-            if k == last {
-                (next_x, next) = (x, here);
-                by_ends -= end(1).eps[0] * window(x.re) * slopes[last];
-                above = Tangent::from_re(end(1).re);
-            } else {
-                next_x = place(k + 1);
-                next = second_integral(next_x);
-                above = between(k, x, here, next_x, next);
-            }
-            let window = window(x);
-            let difference = below.re - above.re;
-            let influence = difference * window.re;
-            visit(k, influence);
-            speed += influence * slopes[k];
-            let weight = window.re * slopes[k];
-            by_middle[k.saturating_sub(1)] += weight * below.eps[0];
-            by_middle[k] += weight * (below.eps[1] - above.eps[0]) + difference * window.eps[0] * slopes[k];
-            by_middle[(k + 1).min(last)] -= weight * above.eps[1];
-            (x, here, below) = (next_x, next, above);
+/// Sub-panel speed at one point, with what it consists of: one number for every interval of `range`, which those that
+/// do not act only make wider.
+pub(crate) struct LocalSpeed<'a> {
+    pub speed: f64,
+    /// Derivative with respect to the place of the point itself.
+    pub by_place: f64,
+    pub range: std::ops::Range<usize>,
+    /// Speed per slope of the defect.
+    pub influences: &'a [f64],
+    /// Derivatives with respect to the middles of the intervals.
+    pub by_middle: &'a [f64],
+}
+
+/// Sub-panel speeds for given slopes of the defect, with their derivatives.
+///
+/// Every influence depends on three neighbouring middles alone: dual numbers carry one or two derivatives in place of
+/// those of all that moves the points. The intervals that act on a point are worked off together, step by step, so that
+/// the compiler can use vectors.
+pub(crate) struct LocalSpeeds<'a> {
+    wall: Wall,
+    /// Slope of the defect in every interval.
+    slopes: &'a [f64],
+    /// Of the middles that matter for the point under way: places, and the second integral there with its derivative.
+    middles: [Vec<f64>; 3],
+    /// Below the first of these middles, between them, and above the last.
+    quotients: Partial,
+    /// Influences.
+    influences: Vec<f64>,
+    /// Derivatives of the speed with respect to the middle below, the own middle and the one above.
+    shares: [Vec<f64>; 3],
+    by_middle: Vec<f64>,
+}
+
+/// Numbers with their derivatives with respect to the middles below and above.
+struct Partial {
+    value: Vec<f64>,
+    below: Vec<f64>,
+    above: Vec<f64>,
+}
+
+/// A number that depends on the first of two variables, and one that depends on the second.
+#[inline(always)]
+fn first(value: f64, derivative: f64) -> Tangent<2> {
+    Tangent { re: value, eps: [derivative, 0.0] }
+}
+
+#[inline(always)]
+fn second(value: f64, derivative: f64) -> Tangent<2> {
+    Tangent { re: value, eps: [0.0, derivative] }
+}
+
+/// Difference quotients of the second integral between neighbouring middles (places, values and derivatives).
+#[inline(never)]
+fn add_quotients(middles: [&[f64]; 3], per_distance: &[f64], quotients: [&mut [f64]; 3]) {
+    let n = per_distance.len();
+    let [x, value, slope] = middles.map(|v| &v[..n + 1]);
+    let [result, below, above] = quotients.map(|v| &mut v[..n]);
+    for i in 0..n {
+        let (a, at_a) = (first(x[i], 1.0), first(value[i], slope[i]));
+        let (b, at_b) = (second(x[i + 1], 1.0), second(value[i + 1], slope[i + 1]));
+        let q = quotient(a, at_a, b, at_b, per_distance[i]);
+        (result[i], below[i], above[i]) = (q.re, q.eps[0], q.eps[1]);
+    }
+}
+
+/// Influences of the intervals and the derivatives of the speed; `quotients` are those below every interval and, last,
+/// above.
+#[inline(never)]
+fn add_influences(x: &[f64], slopes: &[f64], quotients: [&[f64]; 3], influences: &mut [f64], shares: [&mut [f64]; 3]) {
+    let n = influences.len();
+    let (x, slopes) = (&x[..n], &slopes[..n]);
+    let [value, below, above] = quotients.map(|v| &v[..n + 1]);
+    let [by_below, by_own, by_above] = shares.map(|v| &mut v[..n]);
+    for i in 0..n {
+        let window = window(Tangent::<1>::from_re(x[i]).derivative(0));
+        let difference = value[i] - value[i + 1];
+        influences[i] = difference * window.re;
+        let weight = window.re * slopes[i];
+        by_below[i] = weight * below[i];
+        by_own[i] = weight * (above[i] - below[i + 1]) + difference * window.eps[0] * slopes[i];
+        by_above[i] = -weight * above[i + 1];
+    }
+}
+
+impl<'a> LocalSpeeds<'a> {
+    /// `t` are all points, ascending; `slopes` those of the defect between them.
+    pub fn new(t: &[f64], slopes: &'a [f64]) -> Self {
+        let room = || vec![0.0; t.len() + 2];
+        Self {
+            wall: Wall::new(t),
+            slopes,
+            middles: [room(), room(), room()],
+            quotients: Partial { value: room(), below: room(), above: room() },
+            influences: room(),
+            shares: [room(), room(), room()],
+            by_middle: room(),
         }
-        let by_place = -by_middle[range.clone()].iter().sum::<f64>() - by_ends;
-        LocalSpeed { speed, by_place, range }
+    }
+
+    /// The speed at point `p`, which stands at `at`.
+    pub fn at(&mut self, at: f64, p: usize) -> LocalSpeed<'_> {
+        let last = self.slopes.len() - 1;
+        let [from, to] = self.wall.reach(at, p);
+        let range = from.saturating_sub(1)..(to + 2).min(last + 1);
+        let (start, count) = (range.start, range.len());
+        for i in 0..count {
+            let x = self.wall.middles[start + i] - at;
+            let integral = second_integral(Tangent::<1>::from_re(x).derivative(0));
+            for (list, value) in self.middles.iter_mut().zip([x, integral.re, integral.eps[0]]) {
+                list[i] = value;
+            }
+        }
+        let by_ends = self.fill_quotients(at, start, count);
+        // the intervals that act, counted from the first of the range
+        let (acting, all) = (from - start..to + 1 - start, 0..count);
+        self.influences[all.clone()].fill(0.0);
+        for list in &mut self.shares {
+            list[..count + 2].fill(0.0);
+        }
+        let quotients = [&self.quotients.value, &self.quotients.below, &self.quotients.above];
+        let shares = self.shares.each_mut().map(|list| &mut list[acting.start + 1..]);
+        add_influences(
+            &self.middles[0][acting.clone()],
+            &self.slopes[from..=to],
+            quotients.map(|list| &list[acting.start..]),
+            &mut self.influences[acting],
+            shares,
+        );
+        let [by_below, by_own, by_above] = &self.shares;
+        for i in 0..count {
+            // what interval i + 1 has below it is interval i
+            self.by_middle[i] = by_below[i + 2] + by_own[i + 1] + by_above[i];
+        }
+        let (influences, by_middle) = (&self.influences[all.clone()], &self.by_middle[all]);
+        let speed = dot(influences, &self.slopes[range.clone()]);
+        LocalSpeed { speed, by_place: -sum(by_middle) - by_ends, range, influences, by_middle }
+    }
+
+    /// Quotients below, between and above `count` middles from number `start`; returns what the speed changes by where
+    /// the ends of the surface move, and the middles do not.
+    fn fill_quotients(&mut self, at: f64, start: usize, count: usize) -> f64 {
+        let last = self.slopes.len() - 1;
+        let Partial { value, below, above } = &mut self.quotients;
+        let middles = self.middles.each_ref().map(|list| &list[..count]);
+        let lists = [&mut value[1..count], &mut below[1..count], &mut above[1..count]];
+        add_quotients(middles, &self.wall.per_distance[start..start + count - 1], lists);
+        let mut by_ends = 0.0;
+        for (end, place, interval, sign) in [(0, 0, 0, 1.0), (1, count, last, -1.0)] {
+            if !(start..start + count).contains(&interval) {
+                continue;
+            }
+            let quotient = at_end(Tangent::<1>::from_re(self.wall.ends[end] - at).derivative(0));
+            (value[place], below[place], above[place]) = (quotient.re, 0.0, 0.0);
+            by_ends += sign * quotient.eps[0] * window(self.wall.middles[interval] - at) * self.slopes[interval];
+        }
+        by_ends
     }
 }
 
@@ -201,15 +289,16 @@ mod tests {
                 expected += value * slopes[k];
                 influences.push((k, value.re));
             });
-            let (mut by_middle, mut seen) = (vec![f64::NAN; 8], Vec::new());
-            let visit = |k, value| seen.push((k, value));
-            let local = Wall::new(&t).differentiate(t[p], p, &slopes, &mut by_middle, visit);
-            assert_eq!(influences, seen);
+            let mut speeds = LocalSpeeds::new(&t, &slopes);
+            let local = speeds.at(t[p], p);
+            let acting = local.range.clone().zip(local.influences.iter().copied()).filter(|(_, v)| *v != 0.0);
+            influences.retain(|(_, influence)| *influence != 0.0);
+            assert_eq!(influences, acting.collect::<Vec<_>>());
             assert!((local.speed - expected.re).abs() < 1e-14);
             found[p] += local.by_place;
-            for k in local.range {
-                found[k] += 0.5 * by_middle[k];
-                found[k + 1] += 0.5 * by_middle[k];
+            for (k, by_middle) in local.range.zip(local.by_middle) {
+                found[k] += 0.5 * by_middle;
+                found[k + 1] += 0.5 * by_middle;
             }
             for q in 1..8 {
                 assert!((found[q] - expected.eps[q]).abs() < 1e-12, "{p} {q}: {} {}", found[q], expected.eps[q]);

@@ -5,10 +5,11 @@ use super::{Collected, Each, OUTPUTS, Reverse, Solved, TRANSITION, transition_po
 use crate::flow::coupled::duals::{Dual2, Dual4, gradient};
 use crate::flow::coupled::projection;
 use crate::flow::coupled::speeds::TOTAL;
-use crate::flow::coupled::subpanel;
+use crate::flow::coupled::subpanel::LocalSpeeds;
 use crate::flow::coupled::surface::{combine, combine_real};
 use crate::flow::coupled::system::{BY_TRIP, signed};
 use crate::flow::coupled::unknowns::Side;
+use crate::flow::linear::add_scaled;
 use num_dual::DualNum;
 
 /// Sensitivities to the node index of every point, and to the arc-length rate there.
@@ -26,35 +27,32 @@ pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Co
         let (point, _, slope) = transition_point(solved, side);
         points.index[TRANSITION + side.index()][point] += slope;
     }
-    let spline = &section.map.spline;
-    for output in 0..OUTPUTS {
-        let mut by_arc = vec![0.0; section.len() + 2];
-        let mut by_x = vec![0.0; section.len() + 2];
-        let mut total = chain_total(reverse, output);
-        for p in 1..t.len() - 1 {
+    let mut by_arc: Each<Vec<f64>> = std::array::from_fn(|_| vec![0.0; section.len() + 2]);
+    let mut totals: [f64; OUTPUTS] = std::array::from_fn(|output| chain_total(reverse, output));
+    for p in 1..t.len() - 1 {
+        // the rate depends on the index too
+        let turning = gradient(&section.map.rate(Dual2::from_re(t[p]).derivative(0)))[0];
+        let by_total = gradient(&reverse.at.positions.index[p])[TOTAL];
+        let (first, w) = section.map.spline.weights(t[p]);
+        let (_, slopes) = section.map.spline.slope_weights(t[p]);
+        for output in 0..OUTPUTS {
             let rate = points.rate[output][p];
-            // the rate depends on the index too
-            let turning = gradient(&section.map.rate(Dual2::from_re(t[p]).derivative(0)))[0];
             let index = points.index[output][p] + rate * turning;
-            total += index * gradient(&reverse.at.positions.index[p])[TOTAL];
+            totals[output] += index * by_total;
             // at a given arc length the index falls where the arc length at the index grows
-            let (first, w) = spline.weights(t[p]);
-            let (_, slopes) = spline.slope_weights(t[p]);
             for q in 0..4 {
-                by_arc[first + q] += rate * slopes[q] - index / rates[p] * w[q];
+                by_arc[output][first + q] += rate * slopes[q] - index / rates[p] * w[q];
             }
         }
-        for side in Side::BOTH {
-            add_trip(solved, reverse, output, side, &mut by_arc, &mut by_x);
-        }
-        let mut by_length = spline.coefficients_transposed(&by_arc);
-        let last = by_length.len() - 1;
-        by_length[last] += total;
-        for (node, x) in collected.nodes[output].iter_mut().zip(spline.coefficients_transposed(&by_x)) {
-            node[0] += x;
-        }
-        add_lengths(reverse, &by_length, &mut collected.nodes[output]);
     }
+    for side in Side::BOTH {
+        add_trip(solved, reverse, side, &mut by_arc, collected);
+    }
+    let mut by_length = by_arc.map(|by_arc| section.map.spline.coefficients_transposed(&by_arc));
+    for (list, total) in by_length.iter_mut().zip(totals) {
+        list[section.len() - 1] += total;
+    }
+    add_lengths(reverse, &by_length, collected);
 }
 
 /// Direct effect of the total arc length on the abscissas of the stations and on transition.
@@ -74,36 +72,48 @@ fn chain_total(reverse: &Reverse, output: usize) -> f64 {
 }
 
 /// A trip at a given x moves along the arc with the shape.
-fn add_trip(solved: &Solved, reverse: &Reverse, output: usize, side: Side, by_arc: &mut [f64], by_x: &mut [f64]) {
+fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut Each<Vec<f64>>, collected: &mut Collected) {
     let Some(arc) = solved.system.trips[side.index()] else { return };
     let section = reverse.section;
-    let g = gradient(&reverse.at.transition[side.index()]);
-    let weight = -reverse.multipliers[output].transition[side.index()] * g[BY_TRIP];
-    let t = section.map.index(arc);
     let spline = &section.map.spline;
+    let t = section.map.index(arc);
     let x: Vec<f64> = section.panels.outline.nodes.iter().map(|p| p[0]).collect();
     let slope: f64 = combine(&spline.slope_weights(t), &spline.coefficients(&x));
     let rate: f64 = section.map.rate(t);
     let (first, w) = spline.weights(t);
+    let mut by_x = vec![0.0; section.len() + 2];
     for q in 0..4 {
-        by_arc[first + q] += weight * w[q];
-        by_x[first + q] -= weight * rate / slope * w[q];
+        by_x[first + q] = -rate / slope * w[q];
+    }
+    let by_nodes = spline.coefficients_transposed(&by_x);
+    let by_trip = gradient(&reverse.at.transition[side.index()])[BY_TRIP];
+    for output in 0..OUTPUTS {
+        let weight = -reverse.multipliers[output].transition[side.index()] * by_trip;
+        for q in 0..4 {
+            by_arc[output][first + q] += weight * w[q];
+        }
+        for (node, by_node) in collected.nodes[output].iter_mut().zip(&by_nodes) {
+            node[0] += weight * by_node;
+        }
     }
 }
 
-fn add_lengths(reverse: &Reverse, by_arc_length: &[f64], nodes: &mut [[f64; 2]]) {
+fn add_lengths(reverse: &Reverse, by_arc_length: &Each<Vec<f64>>, collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
-    let mut sum = 0.0;
+    let mut sums = [0.0; OUTPUTS];
     for j in (0..outline.len() - 1).rev() {
-        // a longer panel moves all nodes behind it
-        sum += by_arc_length[j + 1];
         let [a, b] = outline.panel(j);
         let unit = |v: f64, k: usize| Dual4::from_re(v).derivative(k);
         let (dx, dy) = (unit(b[0], 2) - unit(a[0], 0), unit(b[1], 3) - unit(a[1], 1));
         let g = gradient(&num_dual::DualNum::sqrt(&(dx * dx + dy * dy)));
-        for c in 0..2 {
-            nodes[j][c] += sum * g[c];
-            nodes[j + 1][c] += sum * g[2 + c];
+        for (output, sum) in sums.iter_mut().enumerate() {
+            // a longer panel moves all nodes behind it
+            *sum += by_arc_length[output][j + 1];
+            let nodes = &mut collected.nodes[output];
+            for c in 0..2 {
+                nodes[j][c] += *sum * g[c];
+                nodes[j + 1][c] += *sum * g[2 + c];
+            }
         }
     }
 }
@@ -138,37 +148,30 @@ fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoint
 
 /// Sub-panel speeds.
 fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
-    let wall = subpanel::Wall::new(t);
     let slope = |k: usize| (mass[k + 1] - mass[k]) / (t[k + 1] - t[k]);
     let slopes: Vec<f64> = (0..t.len() - 1).map(slope).collect();
-    let mut by_middle = vec![0.0; slopes.len()];
+    let mut locals = LocalSpeeds::new(t, &slopes);
     // sensitivities to the middles and the slopes of the intervals
-    let mut intervals = vec![[[0.0; OUTPUTS]; 2]; slopes.len()];
+    let zeros = || std::array::from_fn(|_| vec![0.0; slopes.len()]);
+    let (mut by_middle, mut by_slope): (Each<Vec<f64>>, Each<Vec<f64>>) = (zeros(), zeros());
     for p in 1..t.len() - 1 {
         let per_rate = Dual2::from_re(rates[p]).derivative(1).recip();
-        let weights: [f64; OUTPUTS] = std::array::from_fn(|output| reverse.point_weights[output][p]);
-        let local = wall.differentiate(t[p], p, &slopes, &mut by_middle, |k, influence| {
-            for output in 0..OUTPUTS {
-                intervals[k][1][output] += weights[output] * per_rate.re * influence;
-            }
-        });
-        for k in local.range {
-            for output in 0..OUTPUTS {
-                intervals[k][0][output] += weights[output] * per_rate.re * by_middle[k];
-            }
-        }
+        let local = locals.at(t[p], p);
         for output in 0..OUTPUTS {
-            let weight = weights[output];
-            result.index[output][p] += weight * (per_rate.re * local.by_place + per_rate.eps[0] * local.speed);
+            let weight = reverse.point_weights[output][p];
+            let scaled = weight * per_rate.re;
+            add_scaled(&mut by_slope[output][local.range.clone()], scaled, local.influences);
+            add_scaled(&mut by_middle[output][local.range.clone()], scaled, local.by_middle);
+            result.index[output][p] += scaled * local.by_place;
             result.rate[output][p] += weight * per_rate.eps[1] * local.speed;
         }
     }
-    for (k, [by_middle, by_slope]) in intervals.iter().enumerate() {
+    for k in 0..slopes.len() {
         let (a, b) = (Dual2::from_re(t[k]).derivative(0), Dual2::from_re(t[k + 1]).derivative(1));
         let slope = (b - a).recip() * (mass[k + 1] - mass[k]);
         for output in 0..OUTPUTS {
             for end in 0..2 {
-                result.index[output][k + end] += 0.5 * by_middle[output] + slope.eps[end] * by_slope[output];
+                result.index[output][k + end] += 0.5 * by_middle[output][k] + slope.eps[end] * by_slope[output][k];
             }
         }
     }
