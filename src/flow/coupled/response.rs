@@ -163,12 +163,11 @@ pub(crate) struct FlowResponse {
     pub wake_by_strength: DMatrix<f64>,
     /// From the ends of the half panels of the wake to the nodes of the section.
     pub polar: Polar,
-    /// From the nodes of the section to those of the wake.
+    /// From the nodes of the section to the points of the cut at the trailing edge and, behind these, to the nodes of
+    /// the wake from number 1 on.
     pub from_surface: Polar,
-    /// From the ends of the half panels of the wake to its nodes.
+    /// The same from the ends of the half panels of the wake.
     pub from_wake: Polar,
-    /// From the ends of the half panels of the wake to the cut at the trailing edge.
-    pub edge_polar: Polar,
 }
 
 /// Ends of the linear source panels of the wake: nodes and middles in turn.
@@ -227,7 +226,8 @@ impl FlowResponse {
         let strengths = wake_strength_matrix(distances);
         let points = wake_points(&wake_nodes);
         let polar = Polar::new(&outline.nodes, &points);
-        let (edge_by_wake, edge_polar) = section.panels.edge.by_wake(&points);
+        let edge = &section.panels.edge;
+        let (edge_by_wake, edge_from_wake) = edge.by_wake(&points);
         let nodes_by_wake = nodes_by_wake(section, &points, &polar, &edge_by_wake, &strengths);
         let from_wake = Polar::new(&wake_nodes, &points);
         let from_surface = polar.reversed(2);
@@ -256,9 +256,8 @@ impl FlowResponse {
             wake_by_wake,
             wake_by_strength: by_strength,
             polar,
-            from_surface,
-            from_wake,
-            edge_polar,
+            from_surface: edge.polar.followed_by(&from_surface, 1),
+            from_wake: edge_from_wake.followed_by(&from_wake, 1),
         }
     }
 }

@@ -62,6 +62,21 @@ impl Polar {
         Self { points: vertices, log, angle }
     }
 
+    /// These points, followed by those of another from its number `from` on; the vertices are the same.
+    pub fn followed_by(&self, other: &Self, from: usize) -> Self {
+        let vertices = self.log.len() / self.points;
+        let column = |polar: &Self, j: usize, from: usize| j * polar.points + from..(j + 1) * polar.points;
+        let joined = |own: &[f64], others: &[f64]| {
+            let parts = (0..vertices).flat_map(|j| [&own[column(self, j, 0)], &others[column(other, j, from)]]);
+            parts.flatten().copied().collect()
+        };
+        Self {
+            points: self.points + other.points - from,
+            log: joined(&self.log, &other.log),
+            angle: joined(&self.angle, &other.angle),
+        }
+    }
+
     /// The pairs of two vertices with all points.
     #[inline(always)]
     pub fn pairs_of(&self, ends: [usize; 2]) -> Pairs<'_> {
@@ -294,6 +309,15 @@ mod tests {
                 assert!((0..3).all(|k| (a.eps[k] - b.eps[k]).abs() < 1e-13), "{a} {b}");
             }
         }
+    }
+
+    #[test]
+    fn points_can_be_joined() {
+        let (points, vertices) = ([[0.0, 0.0], [1.0, 0.2], [0.5, -0.3], [2.0, 1.0]], [[0.1, 0.3], [0.7, -0.4]]);
+        let first = Polar::new(&points[..2], &vertices);
+        let joined = first.followed_by(&Polar::new(&points[1..], &vertices), 1);
+        let whole = Polar::new(&points, &vertices);
+        assert_eq!((joined.points, joined.log, joined.angle), (whole.points, whole.log, whole.angle));
     }
 
     #[test]

@@ -115,7 +115,7 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
         let pairs = reverse.section.panels.polar.pairs_of([j, j + 1]);
         let stream = SurfaceStream { pairs, panel, strengths: [strengths[j], strengths[j + 1]], jump };
         // the other ends of a sharp edge, too, stand on the first and the last panel
-        slopes.fill(&points, &panel, &stream, &[0, j, j + 1, n - 1], |i| outline.place(i, j));
+        slopes.fill(&points, &panel, &stream, [0, j, j + 1, n - 1], |i| outline.place(i, j));
         table.enter(&panel, &points, &slopes, |_| [0.0; 2]);
         slopes.add_outer(&panel, &mut by_point);
     }
@@ -195,7 +195,6 @@ pub(super) fn add_wake_stream(
 ) {
     let outline = &reverse.section.panels.outline;
     let strengths = &reverse.at_solution.wake;
-    super::edge::add_edge(reverse, &weights.edge, points, by_points, collected);
     let n = outline.len();
     let nodes = Points::new(&outline.nodes, |output, i| weights.stream[output][i]);
     let mut slopes = Slopes::zeros(n);
@@ -205,7 +204,7 @@ pub(super) fn add_wake_stream(
         let panel = Straight::new([points[h], points[h + 1]]);
         let pairs = reverse.flow.polar.pairs_of([h, h + 1]);
         let stream = WakeStream { pairs, panel, strengths: [strengths[h], strengths[h + 1]] };
-        slopes.fill(&nodes, &panel, &stream, &[0, n - 1], |i| edge_place(outline, i, h));
+        slopes.fill(&nodes, &panel, &stream, [0, n - 1], |i| edge_place(outline, i, h));
         table.enter(&panel, &nodes, &slopes, |_| [0.0; 2]);
         slopes.add_outer(&panel, &mut by_node);
     }

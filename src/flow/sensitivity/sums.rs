@@ -71,11 +71,11 @@ impl<const N: usize> Slopes<N> {
         points: &Points,
         panel: &Straight,
         quantity: &impl Quantity<N>,
-        special: &[usize],
+        special: impl IntoIterator<Item = usize>,
         place: impl Fn(usize) -> Place,
     ) {
         fill_vectorised(&mut self.0, points, panel, quantity);
-        for &i in special {
+        for i in special {
             let (at, length) = variables(panel, points.at(i));
             self.0[i] = quantity.at(i, at, length, place(i));
         }

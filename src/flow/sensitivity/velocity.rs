@@ -60,8 +60,8 @@ pub(super) struct Observers<'a> {
     /// Distances and directions from the nodes of the section, and from the ends of the wake's half panels.
     pub from_surface: &'a Polar,
     pub from_wake: &'a Polar,
-    /// Whether they are the nodes of the wake, which stand on its panels.
-    pub of_wake: bool,
+    /// Number of the point that is node 1 of the wake; the next ones are the next nodes, which stand on its panels.
+    pub first_of_wake: usize,
 }
 
 /// Sums over the points under way.
@@ -71,14 +71,12 @@ pub(super) struct Velocities {
     pub velocity: Vec<[f64; 2]>,
     /// Derivatives of the velocity in the direction of a point with respect to the point.
     pub by_point: Vec<[f64; 2]>,
-    /// First points that take no part.
-    idle: usize,
 }
 
 impl Velocities {
-    /// In an onset flow; the first `idle` points take no part.
-    pub fn new(onset: [f64; 2], points: usize, idle: usize) -> Self {
-        Self { slopes: Slopes::zeros(points), velocity: vec![onset; points], by_point: vec![[0.0; 2]; points], idle }
+    /// In an onset flow.
+    pub fn new(onset: [f64; 2], points: usize) -> Self {
+        Self { slopes: Slopes::zeros(points), velocity: vec![onset; points], by_point: vec![[0.0; 2]; points] }
     }
 
     /// Adds all panels: those of the surface, the half panels of the wake between `ends`, and the closing panel. The
@@ -94,7 +92,7 @@ impl Velocities {
         let outline = &reverse.section.panels.outline;
         let (n, count) = (outline.len(), self.velocity.len());
         let Strengths { nodes: strengths, smoothed, wake: sources } = &reverse.at_solution;
-        let Observers { points, directions, from_surface, from_wake, of_wake } = *observers;
+        let Observers { points, directions, from_surface, from_wake, first_of_wake } = *observers;
         let mut table = Table::new(count);
         for j in 0..n - 1 {
             let velocity = PanelVelocity {
@@ -105,7 +103,7 @@ impl Velocities {
                 source: [0.0; 2],
                 jump: smoothed[j] - smoothed[j + 1],
             };
-            self.add(points, &mut table, &velocity, &[], |_| Place::Elsewhere);
+            self.add(points, &mut table, &velocity, [], |_| Place::Elsewhere);
         }
         scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
         let mut table = Table::new(count);
@@ -118,9 +116,9 @@ impl Velocities {
                 source: [sources[h], sources[h + 1]],
                 jump: 0.0,
             };
-            let own = [h / 2, h.div_ceil(2)];
-            let special = if of_wake { &own[..] } else { &[] };
-            self.add(points, &mut table, &velocity, special, |k| wake_place(k, h));
+            // the node of the wake that this half panel ends or starts at
+            let own = Some(h.div_ceil(2)).filter(|k| *k > 0).map(|k| first_of_wake + k - 1);
+            self.add(points, &mut table, &velocity, own, |i| wake_place(i + 1 - first_of_wake, h));
         }
         scatter_ends(&table.sums(), ends, by_ends);
         if outline.trailing_edge == TrailingEdge::Blunt {
@@ -135,12 +133,11 @@ impl Velocities {
         points: &Points,
         table: &mut Table,
         quantity: &PanelVelocity,
-        special: &[usize],
+        special: impl IntoIterator<Item = usize>,
         place: impl Fn(usize) -> Place,
     ) {
         let panel = quantity.panel;
         self.slopes.fill(points, panel, quantity, special, place);
-        self.slopes.0[..self.idle].fill([0.0; 5]);
         let slopes = &self.slopes.0;
         table.enter(panel, points, &self.slopes, |i| {
             let ([_, _, _, along, across], [x, y]) = (slopes[i], quantity.directions[i]);
@@ -169,7 +166,7 @@ impl Velocities {
         let panel = outline.panel(n - 1);
         // velocity per strength of vortices and sources, weighted
         let mut sums = [[0.0; 2]; OUTPUTS];
-        for k in self.idle..self.velocity.len() {
+        for k in 0..self.velocity.len() {
             let along = |v: [Dual4; 2]| v[0] * directions[k][0] + v[1] * directions[k][1];
             let v = velocity_influence(seen_from(points.at(k), panel), origin(), Place::Elsewhere);
             let by_vortex = [0, 1].map(|c| v.vortex[0][c] + v.vortex[1][c]);

@@ -1,5 +1,7 @@
-//! Reverse sweep through the wake: speeds along it, its path and its dead air.
+//! Reverse sweep through the wake: speeds along it (and through the cut at the edge, in the same sweep), its path and its
+//! dead air.
 
+use super::edge::add_cut;
 use super::influence::{PanelWeights, add_wake_stream, edge_frame_dual, scatter_edge};
 use super::sums::Points;
 use super::velocity::{Observers, Velocities};
@@ -17,7 +19,7 @@ pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeight
     let points = wake_points(&reverse.flow.wake_nodes);
     let mut by_points: Each<Vec<[f64; 2]>> = std::array::from_fn(|_| vec![[0.0; 2]; points.len()]);
     add_wake_stream(reverse, weights, &points, &mut by_points, collected);
-    add_speeds(reverse, &points, &mut by_points, collected);
+    add_velocities(reverse, &weights.edge, &points, &mut by_points, collected);
     // middles of the panels are means of the nodes
     let mut by_nodes: Each<Vec<[f64; 2]>> = std::array::from_fn(|o| by_points[o].iter().step_by(2).copied().collect());
     for output in 0..OUTPUTS {
@@ -34,32 +36,45 @@ pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeight
     }
 }
 
-/// Speeds along the wake: positions of panels and wake nodes, tangents, onset flow. Node 0 takes the speed of the edge,
-/// whatever the geometry.
-fn add_speeds(reverse: &Reverse, points: &[[f64; 2]], by_points: &mut Each<Vec<[f64; 2]>>, collected: &mut Collected) {
-    let flow = reverse.flow;
-    let w = flow.wake_nodes.len();
+/// Velocities through the cut at the trailing edge and along the wake: positions of panels and of the points
+/// themselves, directions, onset flow. Node 0 of the wake takes the speed of the edge, whatever the geometry.
+fn add_velocities(
+    reverse: &Reverse,
+    edge_weights: &[f64; OUTPUTS],
+    ends: &[[f64; 2]],
+    by_ends: &mut Each<Vec<[f64; 2]>>,
+    collected: &mut Collected,
+) {
+    let (flow, cut) = (reverse.flow, &reverse.section.panels.edge.cut);
     let (sin, cos) = flow.alpha.sin_cos();
-    let nodes = Points::new(&flow.wake_nodes, |output, k| if k == 0 { 0.0 } else { reverse.wake_weights[output][k] });
-    let directions = &flow.wake_tangents[..];
-    let mut speeds = Velocities::new([cos, sin], w, 1);
+    let first = cut.points.len();
+    let places: Vec<[f64; 2]> = cut.points.iter().map(|p| p.0).chain(flow.wake_nodes[1..].iter().copied()).collect();
+    let directions: Vec<[f64; 2]> =
+        std::iter::repeat_n(cut.direction, first).chain(flow.wake_tangents[1..].iter().copied()).collect();
+    let points = Points::new(&places, |output, i| match cut.points.get(i) {
+        Some((_, weight)) => edge_weights[output] * weight,
+        None => reverse.wake_weights[output][i + 1 - first],
+    });
+    let mut sums = Velocities::new([cos, sin], places.len());
     let observers = Observers {
-        points: &nodes,
-        directions,
+        points: &points,
+        directions: &directions,
         from_surface: &flow.from_surface,
         from_wake: &flow.from_wake,
-        of_wake: true,
+        first_of_wake: first,
     };
-    speeds.add_panels(reverse, &observers, points, by_points, collected);
-    for k in 1..w {
-        let tangent = directions[k];
+    sums.add_panels(reverse, &observers, ends, by_ends, collected);
+    add_cut(reverse, edge_weights, &sums.velocity[..first], &sums.by_point[..first], collected);
+    for k in 1..flow.wake_nodes.len() {
+        let i = first + k - 1;
+        let tangent = directions[i];
         for output in 0..OUTPUTS {
-            collected.alpha[output] += nodes.weights[k][output] * (cos * tangent[1] - sin * tangent[0]);
+            collected.alpha[output] += points.weights[i][output] * (cos * tangent[1] - sin * tangent[0]);
             for c in 0..2 {
-                by_points[output][2 * k][c] += nodes.weights[k][output] * speeds.by_point[k][c];
+                by_ends[output][2 * k][c] += points.weights[i][output] * sums.by_point[i][c];
             }
         }
-        add_tangent(reverse, k, speeds.velocity[k], nodes.weights[k], by_points);
+        add_tangent(reverse, k, sums.velocity[i], points.weights[i], by_ends);
     }
 }
 
