@@ -1,46 +1,11 @@
 //! Dense factorisation and products in `f64`: a thin layer over `faer`, one thread, column-major `nalgebra` storage.
 
+use super::memory::give_back;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::perm::PermRef;
 use faer::{Accum, Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
-use std::cell::RefCell;
-
-/// Most large matrices whose memory is kept.
-const SPARE: usize = 4;
-
-thread_local! {
-    /// Memory of large matrices that are no longer needed. Every iteration needs the same few again; fresh memory from
-    /// the system costs as much as filling it.
-    static MEMORY: RefCell<Vec<Vec<f64>>> = const { RefCell::new(Vec::new()) };
-}
-
-/// A large matrix of zeros, in memory that was [returned](give_back) where there is some.
-pub(crate) fn large_zeros(rows: usize, columns: usize) -> DMatrix<f64> {
-    let size = rows * columns;
-    let spare = MEMORY.with_borrow_mut(|memory| {
-        let fits = memory.iter().position(|v| v.capacity() >= size && v.capacity() <= size + size / 2)?;
-        Some(memory.swap_remove(fits))
-    });
-    let mut values = spare.unwrap_or_default();
-    values.clear();
-    values.resize(size, 0.0);
-    DMatrix::from_vec(rows, columns, values)
-}
-
-/// Keeps the memory of a matrix for the next [`large_zeros`].
-pub(crate) fn give_back(matrix: &mut DMatrix<f64>) {
-    let values: Vec<f64> = std::mem::replace(matrix, DMatrix::zeros(0, 0)).data.into();
-    // at the end of a thread its spare memory may be gone already
-    let _ = MEMORY.try_with(|memory| {
-        let mut memory = memory.borrow_mut();
-        if memory.len() >= SPARE {
-            memory.remove(0);
-        }
-        memory.push(values);
-    });
-}
 
 /// LU factors of a square matrix, with row pivoting.
 #[derive(Debug, Clone)]
@@ -203,15 +168,6 @@ mod tests {
         factors.solve_transposed(&mut c);
         assert!((&c - &x).amax() < 1e-12);
         assert!(single.iter().zip(x.column(1).iter()).all(|(a, b)| (a - b).abs() < 1e-12));
-    }
-
-    #[test]
-    fn returned_memory_is_zero_again() {
-        let mut matrix = large_zeros(3, 4);
-        matrix.fill(2.0);
-        give_back(&mut matrix);
-        assert_eq!(large_zeros(4, 3), DMatrix::zeros(4, 3));
-        assert_eq!(large_zeros(40, 3), DMatrix::zeros(40, 3));
     }
 
     #[test]

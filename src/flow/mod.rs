@@ -39,6 +39,7 @@ pub(crate) mod coupled;
 mod error;
 mod ladder;
 pub(crate) mod linear;
+mod memory;
 mod outputs;
 pub(crate) mod panel;
 mod panelling;

@@ -9,6 +9,7 @@ use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::interval::{self, Span};
 use crate::flow::boundary_layer::station::{Derived, Regime, transition_state};
+use crate::flow::memory::{Recycled, kept};
 use crate::scalar::Scalar;
 
 /// Derivatives of the three equations of a station with respect to the four unknowns of one station.
@@ -24,6 +25,9 @@ pub(crate) struct Block {
     /// With respect to stagnation, both transitions, total arc length.
     pub globals: Coupling,
 }
+
+kept!(Block);
+kept!(Derived<Dual4>);
 
 /// What is constant in the boundary-layer equations.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +54,7 @@ fn split<const N: usize>(values: [Tangent<N>; 3]) -> ([f64; 3], Coupling, Coupli
 }
 
 /// The closure at every station, with derivatives with respect to its own unknowns.
-pub(crate) fn derive_all(layer: &Layer, unknowns: &Unknowns) -> Vec<Derived<Dual4>> {
+pub(crate) fn derive_all(layer: &Layer, unknowns: &Unknowns) -> Recycled<Derived<Dual4>> {
     let gas = layer.gas.map(Dual4::from);
     let derive = |(k, state): (usize, &crate::flow::boundary_layer::station::State<f64>)| {
         Derived::new(state.seed::<4>(0), layer.numbering.regime(k), &gas)
@@ -64,9 +68,9 @@ pub(crate) fn blocks(
     unknowns: &Unknowns,
     derived: &[Derived<Dual4>],
     positions: &Positions,
-) -> Vec<Block> {
+) -> Recycled<Block> {
     let numbering = &layer.numbering;
-    let mut result = Vec::with_capacity(numbering.stations());
+    let mut result = Recycled::with_capacity(numbering.stations());
     for side in Side::BOTH {
         let x = &positions.abscissas[side.index()];
         result.push(first_block(&derived[numbering.station(side, 0)], x[0]));

@@ -4,7 +4,7 @@ use super::chain::Coupling;
 use super::duals::gradient;
 use super::system::{BY_AMPLIFICATION, Linearised};
 use super::unknowns::Side;
-use crate::flow::linear::large_zeros;
+use crate::flow::memory::{Recycled, kept, large_zeros};
 use nalgebra::{DMatrix, Matrix3};
 
 /// (ln θ, third, ln u) of a station.
@@ -24,9 +24,11 @@ struct Link {
     residual: Square,
 }
 
+kept!(Link);
+
 #[derive(Debug, Clone)]
 pub(super) struct Elimination {
-    links: Vec<Link>,
+    links: Recycled<Link>,
     /// Speed of every station.
     pub speed: Vec<f64>,
 }

@@ -7,7 +7,8 @@ use super::response::{FlowResponse, SectionResponse};
 use super::subpanel::{LocalSpeeds, Wall};
 use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
-use crate::flow::linear::{dot, give_back, large_zeros};
+use crate::flow::linear::{add_scaled, dot};
+use crate::flow::memory::{give_back, large_zeros};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::DualNum;
@@ -402,14 +403,12 @@ pub(crate) fn node_strengths(
 ) -> Vec<f64> {
     let mut smoothed = node_mass.to_vec();
     super::response::smooth(&mut smoothed);
-    let n = smoothed.len();
-    (0..n)
-        .map(|i| {
-            let surface: f64 = (0..n).map(|j| section.nodes[(i, j)] * smoothed[j]).sum();
-            let wake: f64 = wake_mass.iter().enumerate().map(|(k, m)| flow.nodes_by_wake[(i, k)] * m).sum();
-            flow.inviscid[i] + surface + wake
-        })
-        .collect()
+    let mut strengths = flow.inviscid.clone();
+    let surface = section.nodes.column_iter().zip(&smoothed);
+    for (column, mass) in surface.chain(flow.nodes_by_wake.column_iter().zip(wake_mass)) {
+        add_scaled(&mut strengths, *mass, column.as_slice());
+    }
+    strengths
 }
 
 /// Value of a function over the node index given by its spline coefficients.

@@ -15,6 +15,7 @@ use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::{Derived, Regime};
 use crate::flow::linear::Factors;
+use crate::flow::memory::Recycled;
 use nalgebra::DMatrix;
 
 /// Everything that is constant while the coupled system is solved.
@@ -33,11 +34,11 @@ pub(crate) struct System<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Linearised {
     pub numbering: Numbering,
-    pub derived: Vec<Derived<Dual4>>,
+    pub derived: Recycled<Derived<Dual4>>,
     pub positions: Positions,
     pub speeds: EdgeSpeeds,
     pub by_mass: SpeedsByMass,
-    pub blocks: Vec<Block>,
+    pub blocks: Recycled<Block>,
     /// Mass defect (unsigned) of every station and the gradient of its logarithm in the station's unknowns.
     pub mass: Vec<f64>,
     pub log_mass: Vec<[f64; 4]>,

@@ -1,0 +1,140 @@
+//! Memory that every iteration needs again.
+//!
+//! Fresh memory from the system costs as much as filling it, and what an iteration frees the allocator hands back to the
+//! system: a tenth of the time of a point. Large lists therefore leave their memory to the next one of their kind, one
+//! store a thread. Depends on nothing; the types say themselves that their memory is [kept](kept!).
+
+use nalgebra::DMatrix;
+use std::cell::RefCell;
+use std::ops::Deref;
+use std::thread::LocalKey;
+
+/// Most lists of a kind whose memory is kept.
+const SPARE: usize = 4;
+
+pub(crate) type Spare<T> = RefCell<Vec<Vec<T>>>;
+
+/// What lists with memory that is kept consist of.
+pub(crate) trait Kept: Sized + 'static {
+    fn spare() -> &'static LocalKey<Spare<Self>>;
+}
+
+/// Keeps the memory of lists of a type.
+macro_rules! kept {
+    ($kind:ty) => {
+        impl $crate::flow::memory::Kept for $kind {
+            fn spare() -> &'static std::thread::LocalKey<$crate::flow::memory::Spare<Self>> {
+                thread_local! {
+                    static SPARE: $crate::flow::memory::Spare<$kind> = const { std::cell::RefCell::new(Vec::new()) };
+                }
+                &SPARE
+            }
+        }
+    };
+}
+pub(crate) use kept;
+
+kept!(f64);
+
+/// The first spare list that `fits`, empty.
+fn take<T: Kept>(fits: impl Fn(&Vec<T>) -> bool) -> Vec<T> {
+    let spare = T::spare().try_with(|spare| {
+        let mut spare = spare.borrow_mut();
+        let found = spare.iter().position(fits)?;
+        Some(spare.swap_remove(found))
+    });
+    spare.ok().flatten().unwrap_or_default()
+}
+
+fn keep<T: Kept>(mut list: Vec<T>) {
+    list.clear();
+    // at the end of a thread its spare memory may be gone already
+    let _ = T::spare().try_with(|spare| {
+        let mut spare = spare.borrow_mut();
+        if spare.len() >= SPARE {
+            spare.remove(0);
+        }
+        spare.push(list);
+    });
+}
+
+/// A list whose memory goes to the next one of its kind.
+#[derive(Debug)]
+pub(crate) struct Recycled<T: Kept>(Vec<T>);
+
+impl<T: Kept> FromIterator<T> for Recycled<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(items: I) -> Self {
+        let mut list = take(|_| true);
+        list.extend(items);
+        Self(list)
+    }
+}
+
+impl<T: Kept> Recycled<T> {
+    pub fn with_capacity(count: usize) -> Self {
+        let mut list = take(|_| true);
+        list.reserve(count);
+        Self(list)
+    }
+
+    pub fn push(&mut self, item: T) {
+        self.0.push(item);
+    }
+}
+
+impl<T: Kept> Deref for Recycled<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<T: Kept + Clone> Clone for Recycled<T> {
+    fn clone(&self) -> Self {
+        self.iter().cloned().collect()
+    }
+}
+
+impl<T: Kept> Drop for Recycled<T> {
+    fn drop(&mut self) {
+        keep(std::mem::take(&mut self.0));
+    }
+}
+
+/// A large matrix of zeros, in memory that was [returned](give_back) where there is some.
+pub(crate) fn large_zeros(rows: usize, columns: usize) -> DMatrix<f64> {
+    let size = rows * columns;
+    let mut values = take(|v: &Vec<f64>| v.capacity() >= size && v.capacity() <= size + size / 2);
+    values.resize(size, 0.0);
+    DMatrix::from_vec(rows, columns, values)
+}
+
+/// Keeps the memory of a matrix for the next [`large_zeros`].
+pub(crate) fn give_back(matrix: &mut DMatrix<f64>) {
+    keep::<f64>(std::mem::replace(matrix, DMatrix::zeros(0, 0)).data.into());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn returned_memory_is_zero_again() {
+        let mut matrix = large_zeros(3, 4);
+        matrix.fill(2.0);
+        give_back(&mut matrix);
+        assert_eq!(large_zeros(4, 3), DMatrix::zeros(4, 3));
+        assert_eq!(large_zeros(40, 3), DMatrix::zeros(40, 3));
+    }
+
+    #[test]
+    fn lists_hold_what_was_put_into_them() {
+        let first: Recycled<f64> = (0..5).map(f64::from).collect();
+        let second = first.clone();
+        drop(first);
+        let mut third = Recycled::with_capacity(2);
+        third.push(7.0);
+        assert_eq!((&second[..], &third[..]), (&[0.0, 1.0, 2.0, 3.0, 4.0][..], &[7.0][..]));
+    }
+}
