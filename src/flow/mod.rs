@@ -36,6 +36,7 @@ pub(crate) mod boundary_layer;
 mod condition;
 mod continuation;
 pub(crate) mod coupled;
+mod elementary;
 mod error;
 mod ladder;
 pub(crate) mod linear;

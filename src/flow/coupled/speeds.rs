@@ -4,7 +4,7 @@ use super::duals::Dual4;
 use super::layout::Layout;
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
-use super::subpanel::{LocalSpeeds, Wall};
+use super::subpanel::LocalSpeeds;
 use super::surface::{Weights, combine, combine_real};
 use super::unknowns::{Numbering, Side, Unknowns};
 use crate::flow::linear::{add_scaled, dot};
@@ -26,7 +26,7 @@ pub(crate) trait Global: Scalar {
     /// The weighted sum of many.
     fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
 
-    /// Sub-panel speeds at all inner points, over the share of the correction; see [`Wall::influences`].
+    /// Sub-panel speeds at all inner points, over the share of the correction; see [`LocalSpeeds`].
     fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, usize, f64)) -> Vec<Self>;
 }
 
@@ -40,16 +40,15 @@ impl Global for f64 {
     }
 
     fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
-        let wall = Wall::new(t);
         let slopes: Vec<f64> = t.windows(2).zip(mass.windows(2)).map(|(t, m)| (m[1] - m[0]) / (t[1] - t[0])).collect();
+        let mut locals = LocalSpeeds::new(t, &slopes);
         let mut speeds = vec![0.0; t.len()];
         for p in 1..t.len() - 1 {
-            let mut speed = 0.0;
-            wall.influences(t[p], p, |k, influence| {
-                speed += influence * slopes[k];
-                visit(p, k, influence);
-            });
+            let (speed, range, influences) = locals.value(t[p], p);
             speeds[p] = speed;
+            for (k, influence) in range.zip(influences) {
+                visit(p, k, *influence);
+            }
         }
         speeds
     }

@@ -5,6 +5,7 @@
 //! smooth defect both agree. The kernel is cut off smoothly after [`REACH`] panels, where they agree anyhow.
 
 use crate::differentiate::Tangent;
+use crate::flow::elementary::log_distances;
 use crate::flow::linear::{dot, sum};
 use crate::scalar::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -14,10 +15,10 @@ pub(crate) const REACH: f64 = 10.0;
 /// Rounding of the logarithm at the ends of the surface, in panels.
 const END_ROUNDING: f64 = 0.5;
 
-/// x ln|x|, the second integral of 1/x.
+/// x ln|x|, the second integral of 1/x, from its logarithm.
 #[inline(always)]
-fn second_integral<S: Scalar>(x: S) -> S {
-    let (value, log) = (x.re(), x.re().abs().ln());
+fn second_integral<S: Scalar>(x: S, log: f64) -> S {
+    let value = x.re();
     let inverse = if S::NDERIV > 1 { value.recip() } else { 0.0 };
     x.chain([value * log, log + 1.0, inverse, -inverse * inverse])
 }
@@ -90,12 +91,13 @@ impl<S: Scalar> Wall<S> {
         let last = self.middles.len() - 1;
         let [from, to] = self.reach(at.re(), p);
         let mut x = self.middles[from] - at;
-        let mut here = second_integral(x);
+        let integral = |x: S| second_integral(x, x.re().abs().ln());
+        let mut here = integral(x);
         let mut below = if from == 0 {
             at_end(self.ends[0] - at)
         } else {
             let before = self.middles[from - 1] - at;
-            quotient(before, second_integral(before), x, here, self.per_distance[from - 1])
+            quotient(before, integral(before), x, here, self.per_distance[from - 1])
         };
         for k in from..=to {
             let (above, next_x, next);
@@ -104,7 +106,7 @@ impl<S: Scalar> Wall<S> {
                 above = at_end(self.ends[1] - at);
             } else {
                 next_x = self.middles[k + 1] - at;
-                next = second_integral(next_x);
+                next = integral(next_x);
                 above = quotient(x, here, next_x, next, self.per_distance[k]);
             }
             visit(k, (below - above) * window(x));
@@ -126,7 +128,7 @@ pub(crate) struct LocalSpeed<'a> {
     pub by_middle: &'a [f64],
 }
 
-/// Sub-panel speeds for given slopes of the defect, with their derivatives.
+/// Sub-panel speeds for given slopes of the defect, with or without their derivatives.
 ///
 /// Every influence depends on three neighbouring middles alone: dual numbers carry one or two derivatives in place of
 /// those of all that moves the points. The intervals that act on a point are worked off together, step by step, so that
@@ -135,22 +137,42 @@ pub(crate) struct LocalSpeeds<'a> {
     wall: Wall,
     /// Slope of the defect in every interval.
     slopes: &'a [f64],
-    /// Of the middles that matter for the point under way: places, and the second integral there with its derivative.
-    middles: [Vec<f64>; 3],
-    /// Below the first of these middles, between them, and above the last.
-    quotients: Partial,
-    /// Influences.
+    middles: Middles,
+    quotients: Quotients,
     influences: Vec<f64>,
     /// Derivatives of the speed with respect to the middle below, the own middle and the one above.
     shares: [Vec<f64>; 3],
     by_middle: Vec<f64>,
 }
 
-/// Numbers with their derivatives with respect to the middles below and above.
-struct Partial {
+/// The middles that matter for the point under way.
+struct Middles {
+    place: Vec<f64>,
+    log: Vec<f64>,
+    /// The second integral there, and its derivative.
+    integral: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+/// Difference quotients of the second integral below the first of these middles, between them, and above the last; with
+/// their derivatives with respect to the middles below and above.
+struct Quotients {
     value: Vec<f64>,
     below: Vec<f64>,
     above: Vec<f64>,
+}
+
+/// Intervals that act on a point, and those next to them, whose middles matter too.
+struct Reach {
+    acting: std::ops::Range<usize>,
+    all: std::ops::Range<usize>,
+}
+
+impl Reach {
+    /// Where the acting ones stand among all.
+    fn inner(&self) -> std::ops::Range<usize> {
+        self.acting.start - self.all.start..self.acting.end - self.all.start
+    }
 }
 
 /// A number that depends on the first of two variables, and one that depends on the second.
@@ -164,36 +186,86 @@ fn second(value: f64, derivative: f64) -> Tangent<2> {
     Tangent { re: value, eps: [0.0, derivative] }
 }
 
-/// Difference quotients of the second integral between neighbouring middles (places, values and derivatives).
+/// Influences of intervals from their middles and the quotients below each and, last, above.
 #[inline(never)]
-fn add_quotients(middles: [&[f64]; 3], per_distance: &[f64], quotients: [&mut [f64]; 3]) {
-    let n = per_distance.len();
-    let [x, value, slope] = middles.map(|v| &v[..n + 1]);
-    let [result, below, above] = quotients.map(|v| &mut v[..n]);
+fn fill_influences(x: &[f64], quotients: &[f64], influences: &mut [f64]) {
+    let n = influences.len();
+    let (x, quotients) = (&x[..n], &quotients[..n + 1]);
     for i in 0..n {
-        let (a, at_a) = (first(x[i], 1.0), first(value[i], slope[i]));
-        let (b, at_b) = (second(x[i + 1], 1.0), second(value[i + 1], slope[i + 1]));
-        let q = quotient(a, at_a, b, at_b, per_distance[i]);
-        (result[i], below[i], above[i]) = (q.re, q.eps[0], q.eps[1]);
+        influences[i] = (quotients[i] - quotients[i + 1]) * window(x[i]);
     }
 }
 
-/// Influences of the intervals and the derivatives of the speed; `quotients` are those below every interval and, last,
-/// above.
+/// Derivatives of the speed with respect to the middles below, of, and above every interval.
 #[inline(never)]
-fn add_influences(x: &[f64], slopes: &[f64], quotients: [&[f64]; 3], influences: &mut [f64], shares: [&mut [f64]; 3]) {
-    let n = influences.len();
-    let (x, slopes) = (&x[..n], &slopes[..n]);
+fn fill_shares(x: &[f64], slopes: &[f64], quotients: [&[f64]; 3], shares: [&mut [f64]; 3]) {
+    let n = x.len();
+    let slopes = &slopes[..n];
     let [value, below, above] = quotients.map(|v| &v[..n + 1]);
     let [by_below, by_own, by_above] = shares.map(|v| &mut v[..n]);
     for i in 0..n {
         let window = window(Tangent::<1>::from_re(x[i]).derivative(0));
-        let difference = value[i] - value[i + 1];
-        influences[i] = difference * window.re;
         let weight = window.re * slopes[i];
         by_below[i] = weight * below[i];
-        by_own[i] = weight * (above[i] - below[i + 1]) + difference * window.eps[0] * slopes[i];
+        by_own[i] = weight * (above[i] - below[i + 1]) + (value[i] - value[i + 1]) * window.eps[0] * slopes[i];
         by_above[i] = -weight * above[i + 1];
+    }
+}
+
+impl Middles {
+    fn new(count: usize) -> Self {
+        let room = || vec![0.0; count];
+        Self { place: room(), log: room(), integral: room(), slope: room() }
+    }
+
+    /// Places over a point.
+    #[inline(never)]
+    fn set(&mut self, middles: &[f64], at: f64) {
+        let n = middles.len();
+        for (place, middle) in self.place[..n].iter_mut().zip(middles) {
+            *place = middle - at;
+        }
+        log_distances(&self.place[..n], &mut self.log[..n]);
+        let (place, log) = (&self.place[..n], &self.log[..n]);
+        let (integrals, slopes) = (&mut self.integral[..n], &mut self.slope[..n]);
+        for i in 0..n {
+            let integral = second_integral(Tangent::<1>::from_re(place[i]).derivative(0), log[i]);
+            (integrals[i], slopes[i]) = (integral.re, integral.eps[0]);
+        }
+    }
+}
+
+impl Quotients {
+    fn new(count: usize) -> Self {
+        let room = || vec![0.0; count];
+        Self { value: room(), below: room(), above: room() }
+    }
+
+    /// Between the middles.
+    #[inline(never)]
+    fn set(&mut self, middles: &Middles, per_distance: &[f64]) {
+        let n = per_distance.len();
+        let (x, integral) = (&middles.place[..n + 1], &middles.integral[..n + 1]);
+        let value = &mut self.value[1..n + 1];
+        for i in 0..n {
+            value[i] = quotient(x[i], integral[i], x[i + 1], integral[i + 1], per_distance[i]);
+        }
+    }
+
+    /// The derivatives.
+    #[inline(never)]
+    fn differentiate(&mut self, middles: &Middles, per_distance: &[f64]) {
+        let n = per_distance.len();
+        let (x, integral, slope) = (&middles.place[..n + 1], &middles.integral[..n + 1], &middles.slope[..n + 1]);
+        let (below, above) = (&mut self.below[1..n + 1], &mut self.above[1..n + 1]);
+        for i in 0..n {
+            let (a, at_a) = (first(x[i], 1.0), first(integral[i], slope[i]));
+            let (b, at_b) = (second(x[i + 1], 1.0), second(integral[i + 1], slope[i + 1]));
+            let q = quotient(a, at_a, b, at_b, per_distance[i]);
+            (below[i], above[i]) = (q.eps[0], q.eps[1]);
+        }
+        (self.below[0], self.above[0]) = (0.0, 0.0);
+        (self.below[n + 1], self.above[n + 1]) = (0.0, 0.0);
     }
 }
 
@@ -204,71 +276,76 @@ impl<'a> LocalSpeeds<'a> {
         Self {
             wall: Wall::new(t),
             slopes,
-            middles: [room(), room(), room()],
-            quotients: Partial { value: room(), below: room(), above: room() },
+            middles: Middles::new(t.len()),
+            quotients: Quotients::new(t.len() + 1),
             influences: room(),
             shares: [room(), room(), room()],
             by_middle: room(),
         }
     }
 
-    /// The speed at point `p`, which stands at `at`.
+    /// The speed at point `p`, which stands at `at`, and the influences of a range of intervals.
+    pub fn value(&mut self, at: f64, p: usize) -> (f64, std::ops::Range<usize>, &[f64]) {
+        let range = self.fill(at, p).all;
+        let influences = &self.influences[..range.len()];
+        (dot(influences, &self.slopes[range.clone()]), range, influences)
+    }
+
+    /// The same with its derivatives.
     pub fn at(&mut self, at: f64, p: usize) -> LocalSpeed<'_> {
-        let last = self.slopes.len() - 1;
-        let [from, to] = self.wall.reach(at, p);
-        let range = from.saturating_sub(1)..(to + 2).min(last + 1);
-        let (start, count) = (range.start, range.len());
-        for i in 0..count {
-            let x = self.wall.middles[start + i] - at;
-            let integral = second_integral(Tangent::<1>::from_re(x).derivative(0));
-            for (list, value) in self.middles.iter_mut().zip([x, integral.re, integral.eps[0]]) {
-                list[i] = value;
-            }
-        }
-        let by_ends = self.fill_quotients(at, start, count);
-        // the intervals that act, counted from the first of the range
-        let (acting, all) = (from - start..to + 1 - start, 0..count);
-        self.influences[all.clone()].fill(0.0);
+        let reach = self.fill(at, p);
+        let (inner, count) = (reach.inner(), reach.all.len());
+        self.quotients.differentiate(&self.middles, &self.wall.per_distance[reach.all.start..reach.all.end - 1]);
         for list in &mut self.shares {
             list[..count + 2].fill(0.0);
         }
-        let quotients = [&self.quotients.value, &self.quotients.below, &self.quotients.above];
-        let shares = self.shares.each_mut().map(|list| &mut list[acting.start + 1..]);
-        add_influences(
-            &self.middles[0][acting.clone()],
-            &self.slopes[from..=to],
-            quotients.map(|list| &list[acting.start..]),
-            &mut self.influences[acting],
-            shares,
-        );
+        let Quotients { value, below, above } = &self.quotients;
+        let shares = self.shares.each_mut().map(|list| &mut list[inner.start + 1..]);
+        let quotients = [value, below, above].map(|list| &list[inner.start..]);
+        fill_shares(&self.middles.place[inner], &self.slopes[reach.acting.clone()], quotients, shares);
         let [by_below, by_own, by_above] = &self.shares;
         for i in 0..count {
             // what interval i + 1 has below it is interval i
             self.by_middle[i] = by_below[i + 2] + by_own[i + 1] + by_above[i];
         }
-        let (influences, by_middle) = (&self.influences[all.clone()], &self.by_middle[all]);
-        let speed = dot(influences, &self.slopes[range.clone()]);
-        LocalSpeed { speed, by_place: -sum(by_middle) - by_ends, range, influences, by_middle }
+        let by_ends = self.by_ends(at, &reach.all);
+        let (influences, by_middle) = (&self.influences[..count], &self.by_middle[..count]);
+        let speed = dot(influences, &self.slopes[reach.all.clone()]);
+        LocalSpeed { speed, by_place: -sum(by_middle) - by_ends, range: reach.all, influences, by_middle }
     }
 
-    /// Quotients below, between and above `count` middles from number `start`; returns what the speed changes by where
-    /// the ends of the surface move, and the middles do not.
-    fn fill_quotients(&mut self, at: f64, start: usize, count: usize) -> f64 {
+    /// Middles, quotients and influences for a point.
+    fn fill(&mut self, at: f64, p: usize) -> Reach {
         let last = self.slopes.len() - 1;
-        let Partial { value, below, above } = &mut self.quotients;
-        let middles = self.middles.each_ref().map(|list| &list[..count]);
-        let lists = [&mut value[1..count], &mut below[1..count], &mut above[1..count]];
-        add_quotients(middles, &self.wall.per_distance[start..start + count - 1], lists);
-        let mut by_ends = 0.0;
-        for (end, place, interval, sign) in [(0, 0, 0, 1.0), (1, count, last, -1.0)] {
-            if !(start..start + count).contains(&interval) {
-                continue;
-            }
-            let quotient = at_end(Tangent::<1>::from_re(self.wall.ends[end] - at).derivative(0));
-            (value[place], below[place], above[place]) = (quotient.re, 0.0, 0.0);
-            by_ends += sign * quotient.eps[0] * window(self.wall.middles[interval] - at) * self.slopes[interval];
+        let [from, to] = self.wall.reach(at, p);
+        let reach = Reach { acting: from..to + 1, all: from.saturating_sub(1)..(to + 2).min(last + 1) };
+        let (inner, count) = (reach.inner(), reach.all.len());
+        self.middles.set(&self.wall.middles[reach.all.clone()], at);
+        self.quotients.set(&self.middles, &self.wall.per_distance[reach.all.start..reach.all.end - 1]);
+        for (end, place) in self.ends(&reach.all) {
+            self.quotients.value[place] = at_end(self.wall.ends[end] - at);
         }
-        by_ends
+        self.influences[..count].fill(0.0);
+        let (x, quotients) = (&self.middles.place[inner.clone()], &self.quotients.value[inner.start..]);
+        fill_influences(x, quotients, &mut self.influences[inner]);
+        reach
+    }
+
+    /// Ends of the surface in reach, and their places among the quotients.
+    fn ends(&self, all: &std::ops::Range<usize>) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let first = (all.start == 0).then_some((0, 0));
+        let last = (all.end == self.slopes.len()).then_some((1, all.len()));
+        first.into_iter().chain(last)
+    }
+
+    /// What the speed changes by where the ends of the surface move, and the middles do not.
+    fn by_ends(&self, at: f64, all: &std::ops::Range<usize>) -> f64 {
+        let change = |(end, place): (usize, usize)| {
+            let quotient = at_end(Tangent::<1>::from_re(self.wall.ends[end] - at).derivative(0));
+            let (interval, sign) = if end == 0 { (0, 1.0) } else { (place - 1, -1.0) };
+            sign * quotient.eps[0] * window(self.middles.place[interval]) * self.slopes[all.start + interval]
+        };
+        self.ends(all).map(change).sum()
     }
 }
 
@@ -290,10 +367,13 @@ mod tests {
                 influences.push((k, value.re));
             });
             let mut speeds = LocalSpeeds::new(&t, &slopes);
+            let (value, ..) = speeds.value(t[p], p);
             let local = speeds.at(t[p], p);
+            assert_eq!(value, local.speed);
             let acting = local.range.clone().zip(local.influences.iter().copied()).filter(|(_, v)| *v != 0.0);
             influences.retain(|(_, influence)| *influence != 0.0);
-            assert_eq!(influences, acting.collect::<Vec<_>>());
+            let close = |(a, b): (&(usize, f64), (usize, f64))| a.0 == b.0 && (a.1 - b.1).abs() < 1e-15;
+            assert!(influences.iter().zip(acting).all(close));
             assert!((local.speed - expected.re).abs() < 1e-14);
             found[p] += local.by_place;
             for (k, by_middle) in local.range.zip(local.by_middle) {

@@ -5,6 +5,7 @@
 //! algebra around them.
 
 use super::kernel::{Place, Sight};
+use crate::flow::elementary::polar_coordinates;
 use crate::scalar::Scalar;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,13 +17,6 @@ pub(crate) struct Polar {
     angle: Vec<f64>,
 }
 
-fn pair(from: [f64; 2], to: [f64; 2]) -> (f64, f64) {
-    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-    let square = dx * dx + dy * dy;
-    // where both are one point, the place on the panel says so and the value is not used
-    if square > 0.0 { (0.5 * square.ln(), dy.atan2(dx)) } else { (0.0, 0.0) }
-}
-
 /// The same direction between `low` and `low` + 2π. Without branches: it stands in loops over many points.
 #[inline(always)]
 fn wrapped(angle: f64, low: f64) -> f64 {
@@ -31,25 +25,63 @@ fn wrapped(angle: f64, low: f64) -> f64 {
     angle + (up - down)
 }
 
+/// The opposite direction.
+fn back(angle: f64) -> f64 {
+    if angle > 0.0 { angle - PI } else { angle + PI }
+}
+
+/// Room for the way from one vertex to all points.
+struct Column {
+    dx: Vec<f64>,
+    dy: Vec<f64>,
+}
+
+impl Column {
+    fn new(points: &[[f64; 2]]) -> Self {
+        Self { dx: vec![0.0; points.len()], dy: vec![0.0; points.len()] }
+    }
+
+    /// Logarithms of the distances and directions. Where vertex and point are one, the place on the panel says so and
+    /// neither is used.
+    fn set(&mut self, vertex: [f64; 2], points: &[[f64; 2]], log: &mut [f64], angle: &mut [f64]) {
+        let (dx, dy) = (&mut self.dx[..points.len()], &mut self.dy[..points.len()]);
+        for ((dx, dy), point) in dx.iter_mut().zip(&mut *dy).zip(points) {
+            (*dx, *dy) = (point[0] - vertex[0], point[1] - vertex[1]);
+        }
+        polar_coordinates(dx, dy, log, angle);
+    }
+}
+
 impl Polar {
     pub fn new(points: &[[f64; 2]], vertices: &[[f64; 2]]) -> Self {
-        let pairs = vertices.iter().flat_map(|v| points.iter().map(|p| pair(*v, *p)));
-        let (log, angle) = pairs.unzip();
-        Self { points: points.len(), log, angle }
+        let mut polar = Self::zeros(points.len(), vertices.len());
+        let mut pairs = Column::new(points);
+        for (j, vertex) in vertices.iter().enumerate() {
+            let column = j * polar.points..(j + 1) * polar.points;
+            pairs.set(*vertex, points, &mut polar.log[column.clone()], &mut polar.angle[column]);
+        }
+        polar
     }
 
     /// Between all pairs of the same points.
     pub fn among(points: &[[f64; 2]]) -> Self {
         let n = points.len();
-        let (mut log, mut angle) = (vec![0.0; n * n], vec![0.0; n * n]);
-        for j in 0..n {
+        let mut polar = Self::zeros(n, n);
+        let mut pairs = Column::new(points);
+        for (j, vertex) in points.iter().enumerate() {
+            let below = j * n + j + 1..(j + 1) * n;
+            let (log, angle) = (&mut polar.log[below.clone()], &mut polar.angle[below]);
+            pairs.set(*vertex, &points[j + 1..], log, angle);
             for i in j + 1..n {
-                let (l, a) = pair(points[j], points[i]);
-                (log[j * n + i], angle[j * n + i]) = (l, a);
-                (log[i * n + j], angle[i * n + j]) = (l, if a > 0.0 { a - PI } else { a + PI });
+                let (l, a) = (polar.log[j * n + i], polar.angle[j * n + i]);
+                (polar.log[i * n + j], polar.angle[i * n + j]) = (l, back(a));
             }
         }
-        Self { points: n, log, angle }
+        polar
+    }
+
+    fn zeros(points: usize, vertices: usize) -> Self {
+        Self { points, log: vec![0.0; points * vertices], angle: vec![0.0; points * vertices] }
     }
 
     /// With points and vertices exchanged, and only every `step`th vertex.
@@ -57,8 +89,7 @@ impl Polar {
         let vertices = (self.log.len() / self.points).div_ceil(step);
         let at = |i: usize, k: usize| k * step * self.points + i;
         let pairs = (0..self.points).flat_map(|i| (0..vertices).map(move |k| at(i, k)));
-        let turn = |a: f64| if a > 0.0 { a - PI } else { a + PI };
-        let (log, angle) = pairs.map(|q| (self.log[q], turn(self.angle[q]))).unzip();
+        let (log, angle) = pairs.map(|q| (self.log[q], back(self.angle[q]))).unzip();
         Self { points: vertices, log, angle }
     }
 

@@ -4,7 +4,7 @@ use super::sums::{Points, Quantity, Slopes, Table, scatter_ends};
 use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
 use crate::flow::coupled::duals::{Dual3, Dual4, Dual8, gradient};
 use crate::flow::coupled::response::edge_place;
-use crate::flow::panel::kernel::{Place, stream_influence};
+use crate::flow::panel::kernel::Place;
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
 use crate::flow::panel::polar::{Pairs, Straight};
 use nalgebra::DMatrix;
@@ -120,10 +120,10 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
         slopes.add_outer(&panel, &mut by_point);
     }
     scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
-    points.add_weighted(&by_point, collected);
     if outline.trailing_edge == TrailingEdge::Blunt {
-        add_closing(reverse, weights, strengths, collected);
+        add_closing(reverse, &points, &mut by_point, collected);
     }
+    points.add_weighted(&by_point, collected);
 }
 
 /// Strengths per length of the closing panel for unit edge speed, with derivatives with respect to the first two
@@ -156,32 +156,55 @@ pub(super) fn scatter_edge(g: [f64; 8], weight: f64, nodes: &mut [[f64; 2]]) {
     }
 }
 
-fn add_closing(reverse: &Reverse, weights: &Each<Vec<f64>>, strengths: &[f64], collected: &mut Collected) {
+/// Stream function of the closing panel of a blunt edge; its parts per strength come last.
+struct ClosingStream<'a> {
+    pairs: Pairs<'a>,
+    panel: Straight,
+    /// Strengths, each the same at both ends.
+    vortex: f64,
+    source: f64,
+}
+
+impl Quantity<5> for ClosingStream<'_> {
+    fn first(&self, points: usize) -> Self {
+        Self { pairs: self.pairs.first(points), ..*self }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 5] {
+        let influence = self.pairs.of_surface(i, &self.panel).sight(at, length, place).stream();
+        let by_vortex = influence.vortex[0] + influence.vortex[1];
+        let [x, z, stretch] = (by_vortex * self.vortex + influence.source * self.source).eps;
+        [x, z, stretch, by_vortex.re, influence.source.re]
+    }
+}
+
+/// The closing panel; adds to `by_point` what the points see.
+fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut [[f64; 2]], collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
+    let strengths = &reverse.at_solution.nodes;
     let speed = 0.5 * (strengths[0] - strengths[n - 1]);
     let [vortex, source] = closing_strengths(reverse);
-    let mut sums = [[0.0; 2]; OUTPUTS];
-    for (i, point) in outline.nodes.iter().enumerate() {
-        let influence = stream_influence(seen_from(*point, outline.panel(n - 1)), origin(), outline.place(i, n - 1));
-        let by_vortex = influence.vortex[0] + influence.vortex[1];
-        let g = gradient(&(by_vortex * (vortex.re * speed) + influence.source * (source.re * speed)));
-        for output in 0..OUTPUTS {
-            let w = weights[output][i];
-            let nodes = &mut collected.nodes[output];
-            for c in 0..2 {
-                nodes[n - 1][c] += w * g[c];
-                nodes[0][c] += w * g[2 + c];
-                nodes[i][c] -= w * (g[c] + g[2 + c]);
-            }
-            sums[output][0] += w * by_vortex.re;
-            sums[output][1] += w * influence.source.re;
-        }
+    let panel = Straight::new(outline.panel(n - 1));
+    let pairs = reverse.section.panels.polar.pairs_of([n - 1, 0]);
+    let stream = ClosingStream { pairs, panel, vortex: vortex.re * speed, source: source.re * speed };
+    let (mut slopes, mut table) = (Slopes::zeros(n), Table::new(n));
+    slopes.fill(points, &panel, &stream, [0, n - 1], |i| outline.place(i, n - 1));
+    table.enter(&panel, points, &slopes, |_| [0.0; 2]);
+    slopes.add_outer(&panel, by_point);
+    for sums in table.sums() {
+        sums.scatter(outline.panel(n - 1), [n - 1, 0], &mut collected.nodes);
     }
     for output in 0..OUTPUTS {
+        let (mut by_vortex, mut by_source) = (0.0, 0.0);
+        for ([.., vortex, source], weights) in slopes.0.iter().zip(&points.weights) {
+            by_vortex += weights[output] * vortex;
+            by_source += weights[output] * source;
+        }
         let nodes = &mut collected.nodes[output];
-        scatter_edge(gradient(&vortex), sums[output][0] * speed, nodes);
-        scatter_edge(gradient(&source), sums[output][1] * speed, nodes);
+        scatter_edge(gradient(&vortex), by_vortex * speed, nodes);
+        scatter_edge(gradient(&source), by_source * speed, nodes);
     }
 }
 

@@ -233,9 +233,9 @@ pub(super) struct PanelSums {
 }
 
 impl PanelSums {
-    /// Adds the derivatives with respect to both ends of panel `j`, which are `ends`, to those of the chain of points
-    /// the panel is part of.
-    pub fn scatter(&self, ends: [[f64; 2]; 2], j: usize, targets: &mut Each<Vec<[f64; 2]>>) {
+    /// Adds the derivatives with respect to both ends of the panel, which are `ends` and have the numbers `at` among the
+    /// points of `targets`.
+    pub fn scatter(&self, ends: [[f64; 2]; 2], at: [usize; 2], targets: &mut Each<Vec<[f64; 2]>>) {
         let unit = |end: usize, c: usize| Dual4::from_re(ends[end][c]).derivative(2 * end + c);
         let (dx, dy) = (unit(1, 0) - unit(0, 0), unit(1, 1) - unit(0, 1));
         let length = (dx * dx + dy * dy).sqrt();
@@ -248,8 +248,8 @@ impl PanelSums {
             g[0] -= along * tx.re - across * ty.re;
             g[1] -= along * ty.re + across * tx.re;
             for c in 0..2 {
-                targets[j][c] += g[c];
-                targets[j + 1][c] += g[2 + c];
+                targets[at[0]][c] += g[c];
+                targets[at[1]][c] += g[2 + c];
             }
         }
     }
@@ -258,6 +258,6 @@ impl PanelSums {
 /// Adds the derivatives with respect to the ends of consecutive panels.
 pub(super) fn scatter_ends(sums: &[PanelSums], ends: &[[f64; 2]], targets: &mut Each<Vec<[f64; 2]>>) {
     for (j, sums) in sums.iter().enumerate() {
-        sums.scatter([ends[j], ends[j + 1]], j, targets);
+        sums.scatter([ends[j], ends[j + 1]], [j, j + 1], targets);
     }
 }
