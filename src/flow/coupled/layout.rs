@@ -59,6 +59,9 @@ impl Layout {
     }
 }
 
+/// Step of Newton's method for a node index after which there is no other.
+const CLOSE: f64 = 1e-9;
+
 /// Node index and arc length: the geometry of the surface coordinate.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceMap {
@@ -99,13 +102,15 @@ impl SurfaceMap {
         if cell == 0 || cell + 2 >= self.nodes.len() {
             return None;
         }
-        let mut t = cell as f64 + (s - self.nodes[cell]) / (self.nodes[cell + 1] - self.nodes[cell]);
+        let [a, b, c, d] = self.spline.polynomial(cell, &self.arc);
+        let mut u = (s - self.nodes[cell]) / (self.nodes[cell + 1] - self.nodes[cell]);
         for _ in 0..8 {
-            let miss = combine(&self.spline.weights(t), &self.arc) - s;
-            let step: f64 = miss / combine(&self.spline.slope_weights(t), &self.arc);
-            t -= step;
-            if step.abs() <= 4.0 * f64::EPSILON * t {
-                return Some(t).filter(|t| (t - cell as f64 - 0.5).abs() < 0.5 + 1e-9);
+            let miss = a - s + u * (b + u * (c + u * d));
+            let step = miss / (b + u * (2.0 * c + u * 3.0 * d));
+            u -= step;
+            // convergence is quadratic: what such a step leaves is below round-off
+            if step.abs() <= CLOSE {
+                return Some(cell as f64 + u).filter(|_| (u - 0.5).abs() < 0.5 + 1e-9);
             }
         }
         None

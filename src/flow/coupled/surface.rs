@@ -98,6 +98,13 @@ impl IndexSpline {
         (cell, [v * v * v * sixth, inner(u), inner(v), u * u * u * sixth])
     }
 
+    /// Coefficients of the polynomial over t − `cell` between two nodes, the constant first.
+    pub fn polynomial(&self, cell: usize, coefficients: &[f64]) -> [f64; 4] {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|q| coefficients[cell + q]);
+        let sixth = 1.0 / 6.0;
+        [(a + 4.0 * b + c) * sixth, 0.5 * (c - a), 0.5 * (a + c) - b, (d - a + 3.0 * (b - c)) * sixth]
+    }
+
     /// Weights for the first derivative at `t`.
     pub fn slope_weights<S: Scalar>(&self, t: S) -> Weights<S> {
         let (cell, u) = self.locate(t);
@@ -170,6 +177,9 @@ mod tests {
         for t in [0.0, 0.4, 3.0, 7.9, 11.0] {
             assert!((combine_real(&spline.weights(t), &c) - f(t)).abs() < 1e-13);
             assert!((combine_real(&spline.slope_weights(t), &c) - (0.2 - 0.14 * t)).abs() < 1e-13);
+            let (cell, u) = spline.locate(t);
+            let p = spline.polynomial(cell, &c);
+            assert!((p[0] + u * (p[1] + u * (p[2] + u * p[3])) - f(t)).abs() < 1e-13);
         }
         let wild: Vec<f64> = (0..12).map(|i| ((i * i) as f64).sin()).collect();
         let c = spline.coefficients(&wild);
