@@ -67,7 +67,8 @@ impl<S: Scalar> Sight<S> {
         let constant = z * seen - length + x * ln1 - w * ln2;
         let (r1, r2) = (x * x + z * z, w * w + z * z);
         let moment = x * constant + (r2 * ln2 - r1 * ln1) * 0.5 + (r1 - r2) * 0.25;
-        let at_end = moment / length;
+        // one over the length is the same for all points that see a panel, and divisions are slow
+        let at_end = moment * length.recip();
         let scale = 0.5 / PI;
         let source = x * angle1 - w * angle2 + z * (ln1 - ln2);
         StreamInfluence { vortex: [(constant - at_end) * scale, at_end * scale], source: source * scale }
@@ -81,7 +82,7 @@ impl<S: Scalar> Sight<S> {
         let (r1, r2) = (x * x + z * z, w * w + z * z);
         let constant = x * angle1 - w * angle2 + z * (ln1 - ln2);
         let moment = x * constant - (r1 * angle1 - r2 * angle2 + z * length) * 0.5;
-        let at_end = moment / length;
+        let at_end = moment * length.recip();
         [(constant - at_end) * (0.5 / PI), at_end * (0.5 / PI)]
     }
 
@@ -91,9 +92,10 @@ impl<S: Scalar> Sight<S> {
         let Self { x, z, length, ln1, ln2, seen, .. } = *self;
         let log = ln1 - ln2;
         let scale = 0.5 / PI;
+        let per_length = length.recip();
         // gradients along and across the panel of ∫ ln r and of ∫ ξ ln r, divided by the length
-        let along = [log, (x * log - length + z * seen) / length];
-        let across = [seen, (x * seen - z * log) / length];
+        let along = [log, (x * log - length + z * seen) * per_length];
+        let across = [seen, (x * seen - z * log) * per_length];
         let ends = |v: [S; 2]| [(v[0] - v[1]) * scale, v[1] * scale];
         LocalVelocity { along: ends(along), across: ends(across) }
     }

@@ -8,6 +8,7 @@ use crate::flow::panel::kernel::Place;
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
 use crate::flow::panel::polar::{Pairs, Straight};
 use nalgebra::DMatrix;
+use num_dual::DualNum;
 
 /// Multipliers of the panel equations, negative.
 pub(super) struct PanelWeights {
@@ -65,7 +66,7 @@ impl Quantity<3> for SurfaceStream<'_> {
     fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 3] {
         let influence = self.pairs.of_surface(i, &self.panel).sight(at, length, place).stream();
         let stream = influence.vortex[0] * self.strengths[0] + influence.vortex[1] * self.strengths[1]
-            - influence.source / length * self.jump;
+            - influence.source * (length.recip() * self.jump);
         stream.eps
     }
 }
