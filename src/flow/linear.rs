@@ -6,6 +6,7 @@ use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::perm::PermRef;
 use faer::{Accum, Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
+use std::ops::{Add, Mul, Sub};
 
 /// LU factors of a square matrix, with row pivoting.
 #[derive(Debug, Clone)]
@@ -83,6 +84,10 @@ impl Drop for Factors {
         give_back(&mut self.matrix);
     }
 }
+
+/// A number or several at once: what linear formulas can be applied to.
+pub(crate) trait Linear: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
+impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Linear for V {}
 
 /// Sums taken at a time: one alone waits for every addition.
 const LANES: usize = 8;

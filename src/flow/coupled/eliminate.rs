@@ -4,6 +4,7 @@ use super::chain::Coupling;
 use super::duals::gradient;
 use super::system::{BY_AMPLIFICATION, Linearised};
 use super::unknowns::Side;
+use crate::flow::linear::Linear;
 use crate::flow::memory::{Recycled, kept, large_zeros};
 use nalgebra::{DMatrix, Matrix3};
 
@@ -48,18 +49,18 @@ fn apply(a: &Square, x: &Triple) -> Triple {
     a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
 }
 
-fn apply_transposed(a: &Square, x: &Triple) -> Triple {
-    std::array::from_fn(|j| a[0][j] * x[0] + a[1][j] * x[1] + a[2][j] * x[2])
+fn apply_transposed<V: Linear>(a: &Square, x: &[V; 3]) -> [V; 3] {
+    std::array::from_fn(|j| x[0] * a[0][j] + x[1] * a[1][j] + x[2] * a[2][j])
 }
 
-fn add(a: &mut Triple, b: &Triple) {
+fn add<V: Linear>(a: &mut [V; 3], b: &[V; 3]) {
     for i in 0..3 {
-        a[i] += b[i];
+        a[i] = a[i] + b[i];
     }
 }
 
-fn dot(a: &Triple, b: &Triple) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn dot<V: Linear>(a: &Triple, b: &[V; 3]) -> V {
+    b[0] * a[0] + b[1] * a[1] + b[2] * a[2]
 }
 
 fn times(a: &Square, b: &Square) -> Square {
@@ -106,27 +107,29 @@ impl Elimination {
 
     /// The transpose of [`march`](Self::march) in the defects and the globals: adds to `dense` what the sensitivities
     /// of the states, which are spent, amount to.
-    pub fn march_back(&self, sensitivities: &mut [Triple], dense: &mut [f64]) {
+    pub fn march_back<V: Linear>(&self, sensitivities: &mut [[V; 3]], dense: &mut [V]) {
         let n = self.links.len();
         for (k, link) in self.links.iter().enumerate().rev() {
             let w = sensitivities[k];
-            dense[k] += dot(&link.own, &w);
-            add_globals(&mut dense[n..], &apply_transposed(&link.globals, &w));
+            dense[k] = dense[k] + dot(&link.own, &w);
+            for (sum, by_global) in dense[n..].iter_mut().zip(apply_transposed(&link.globals, &w)) {
+                *sum = *sum + by_global;
+            }
             for (up, by_states, by_defect) in link.upstream.iter().flatten() {
-                dense[*up] += dot(by_defect, &w);
+                dense[*up] = dense[*up] + dot(by_defect, &w);
                 add(&mut sensitivities[*up], &apply_transposed(by_states, &w));
             }
         }
     }
 
     /// Multipliers of the boundary-layer equations from the sensitivities of the states.
-    pub fn multipliers(&self, mut sensitivities: Vec<Triple>) -> Vec<Triple> {
+    pub fn multipliers<V: Linear>(&self, mut sensitivities: Vec<[V; 3]>) -> Vec<[V; 3]> {
         for (k, link) in self.links.iter().enumerate().rev() {
             let w = sensitivities[k];
             for (up, by_states, _) in link.upstream.iter().flatten() {
                 add(&mut sensitivities[*up], &apply_transposed(by_states, &w));
             }
-            sensitivities[k] = apply_transposed(&link.residual, &w).map(|v| -v);
+            sensitivities[k] = apply_transposed(&link.residual, &w).map(|v| v * -1.0);
         }
         sensitivities
     }
@@ -198,12 +201,6 @@ impl Elimination {
         }
         system.stagnation_row(matrix.column_mut(n + 2).as_mut_slice());
         matrix
-    }
-}
-
-fn add_globals(dense: &mut [f64], globals: &Triple) {
-    for (d, g) in dense.iter_mut().zip(globals) {
-        *d += g;
     }
 }
 

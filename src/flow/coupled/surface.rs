@@ -4,6 +4,7 @@
 //! projection and sub-panel correction are the same constant operators whatever the shape, and only the map between
 //! t and arc length knows the geometry.
 
+use crate::flow::linear::Linear;
 use crate::scalar::Scalar;
 
 /// Interpolating cubic spline over the integers 0 … n − 1, with constant second derivative in the two end intervals.
@@ -54,33 +55,31 @@ impl IndexSpline {
     }
 
     /// The transpose of [`coefficients`](Self::coefficients): sensitivities of the values from those of the coefficients.
-    pub fn coefficients_transposed(&self, sensitivities: &[f64]) -> Vec<f64> {
+    pub fn coefficients_transposed<V: Linear>(&self, sensitivities: &[V]) -> Vec<V> {
         let n = sensitivities.len() - 2;
         let mut y = sensitivities[1..=n].to_vec();
         let (first, last) = (sensitivities[0], sensitivities[n + 1]);
-        for (i, weight) in [3.0, -3.0, 1.0].iter().enumerate() {
-            y[i] += weight * first;
-            y[n - 1 - i] += weight * last;
+        for (i, weight) in [3.0, -3.0, 1.0].into_iter().enumerate() {
+            y[i] = y[i] + first * weight;
+            y[n - 1 - i] = y[n - 1 - i] + last * weight;
         }
         // transposed factors: forward with the upper triangle, back with the lower one
         for i in 0..n {
             if i > 0 {
-                y[i] -= Self::upper(i - 1) * y[i - 1];
+                y[i] = y[i] - y[i - 1] * Self::upper(i - 1);
             }
-            y[i] *= self.factors[i][1];
+            y[i] = y[i] * self.factors[i][1];
         }
         for i in (0..n - 1).rev() {
-            y[i] -= self.factors[i + 1][0] * y[i + 1];
+            y[i] = y[i] - y[i + 1] * self.factors[i + 1][0];
         }
-        let mut values = vec![0.0; n];
-        values[0] = y[0];
-        values[1] = -y[0];
-        for i in 1..n - 1 {
-            values[i] += 6.0 * y[i];
+        let (start, end) = (y[0], y[n - 1]);
+        for value in &mut y[1..n - 1] {
+            *value = *value * 6.0;
         }
-        values[n - 1] += y[n - 1];
-        values[n - 2] -= y[n - 1];
-        values
+        y[1] = y[1] - start;
+        y[n - 2] = y[n - 2] - end;
+        y
     }
 
     fn locate<S: Scalar>(&self, t: S) -> (usize, S) {

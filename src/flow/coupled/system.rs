@@ -16,7 +16,7 @@ use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::{Derived, Regime};
 use crate::flow::linear::Factors;
 use crate::flow::memory::Recycled;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVector};
 
 /// Everything that is constant while the coupled system is solved.
 #[derive(Debug, Clone, Copy)]
@@ -341,56 +341,62 @@ impl Linearised {
 /// Sensitivity of one output to all unknowns, laid out like a [`Change`].
 pub(crate) type OutputGradient = Change;
 
-/// Multipliers of all equations for one output.
+/// Multipliers of all equations, one number an output.
 #[derive(Debug, Clone)]
-pub(crate) struct Multipliers {
+pub(crate) struct Multipliers<const N: usize> {
     /// Of the boundary-layer equations, three a station.
-    pub chain: Vec<[f64; 3]>,
+    pub chain: Vec<[SVector<f64, N>; 3]>,
     /// Of the edge-speed equations.
-    pub speed: Vec<f64>,
-    pub transition: [f64; 2],
-    pub stagnation: f64,
+    pub speed: Vec<SVector<f64, N>>,
+    pub transition: [SVector<f64, N>; 2],
+    pub stagnation: SVector<f64, N>,
 }
 
 impl Reduced<'_> {
     /// Solves the transposed system: multipliers λ with Jᵀ λ = output gradient, for every output.
-    pub fn adjoint<const N: usize>(&self, outputs: [OutputGradient; N]) -> [Multipliers; N] {
-        let n = self.system.numbering.stations();
-        let mut dense = DMatrix::zeros(n + 3, N);
-        let mut columns = dense.as_mut_slice().chunks_exact_mut(n + 3);
-        let states = outputs.map(|output| self.eliminate(&output, columns.next().unwrap_or_default()));
-        self.factors.solve(&mut dense);
-        let mut columns = dense.as_slice().chunks_exact(n + 3);
-        states.map(|states| self.complete(states, columns.next().unwrap_or_default()))
+    pub fn adjoint<const N: usize>(&self, outputs: &[OutputGradient; N]) -> Multipliers<N> {
+        let (states, dense) = self.eliminate(outputs);
+        let mut columns = DMatrix::from_fn(dense.len(), N, |k, output| dense[k][output]);
+        self.factors.solve(&mut columns);
+        let dense: Vec<SVector<f64, N>> =
+            (0..columns.nrows()).map(|k| SVector::from_fn(|output, _| columns[(k, output)])).collect();
+        self.complete(states, &dense)
     }
 
-    /// What an output leaves on the states once the dense unknowns, its right-hand side filled in, are split off.
-    fn eliminate(&self, output: &OutputGradient, dense: &mut [f64]) -> Vec<[f64; 3]> {
+    /// What the outputs leave on the states once the dense unknowns are split off, and the right-hand sides of these.
+    fn eliminate<const N: usize>(
+        &self,
+        outputs: &[OutputGradient; N],
+    ) -> (Vec<[SVector<f64, N>; 3]>, Vec<SVector<f64, N>>) {
         let n = self.system.numbering.stations();
-        let mut states = Vec::with_capacity(n);
-        for (k, [theta, shape, third, speed]) in output.stations.iter().copied().enumerate() {
+        let (mut states, mut dense) = (Vec::with_capacity(n), Vec::with_capacity(n + 3));
+        for k in 0..n {
+            let [theta, shape, third, speed] =
+                std::array::from_fn(|i| SVector::from_fn(|output, _| outputs[output].stations[k][i]));
             let [by_theta, by_shape, _, by_speed] = self.system.log_mass[k];
-            let share = shape / by_shape;
+            let share: SVector<f64, N> = shape / by_shape;
             states.push([theta - share * by_theta, third, speed - share * by_speed]);
-            dense[k] += share;
+            dense.push(share);
         }
-        for g in 0..3 {
-            dense[n + g] += output.globals[g];
-        }
-        self.elimination.march_back(&mut states.clone(), dense);
-        states
+        dense.extend((0..3).map(|g| SVector::from_fn(|output, _| outputs[output].globals[g])));
+        self.elimination.march_back(&mut states.clone(), &mut dense);
+        (states, dense)
     }
 
     /// All multipliers from those of the dense equations.
-    fn complete(&self, mut states: Vec<[f64; 3]>, dense: &[f64]) -> Multipliers {
+    fn complete<const N: usize>(
+        &self,
+        mut states: Vec<[SVector<f64, N>; 3]>,
+        dense: &[SVector<f64, N>],
+    ) -> Multipliers<N> {
         let system = self.system;
         let n = system.numbering.stations();
         for k in 0..n {
-            states[k][2] -= self.elimination.speed[k] * dense[k];
+            states[k][2] -= dense[k] * self.elimination.speed[k];
         }
         for side in Side::BOTH {
             let slope = gradient(&system.transition[side.index()])[BY_AMPLIFICATION];
-            states[system.last_laminar(side)][1] -= slope * dense[n + side.index()];
+            states[system.last_laminar(side)][1] -= dense[n + side.index()] * slope;
         }
         Multipliers {
             chain: self.elimination.multipliers(states),

@@ -25,7 +25,7 @@ use super::panel::outline::balance;
 use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::gas::Gas;
 use crate::flow::boundary_layer::station::Derived;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// Number of outputs: lift, drag, moment, lowest pressure coefficient, transition on the upper and the lower side.
 pub(crate) const OUTPUTS: usize = 6;
@@ -91,12 +91,12 @@ impl Gradients {
 /// Sensitivities of all outputs that pass through one quantity, one entry an output.
 pub(crate) type Each<T> = [T; OUTPUTS];
 
-/// The multipliers of one output in the places where the reverse sweep needs them.
+/// The multipliers of all outputs in the places where the reverse sweep needs them.
 pub(crate) struct Reverse<'a> {
     pub section: &'a SectionResponse,
     pub flow: &'a FlowResponse,
     pub at: &'a Linearised,
-    pub multipliers: Each<Multipliers>,
+    pub multipliers: Multipliers<OUTPUTS>,
     /// Weight of the strength at every point along the surface.
     pub point_weights: Each<Vec<f64>>,
     /// Weight of the speed at every wake node.
@@ -232,15 +232,18 @@ impl Collected {
         let end = solved.unknowns.stations[last].map(Dual2::from_re);
         let end = Derived::new(end, layer.numbering.regime(last), &gas);
         let drag = gradient(&squire_young(end.state.log_theta, end.shape, end.log_speed));
+        let mut chain = [SVector::<f64, OUTPUTS>::zeros(); 2];
+        for (block, multipliers) in residuals.iter().zip(&reverse.multipliers.chain) {
+            for (r, m) in block.iter().zip(multipliers) {
+                let g = gradient(r);
+                chain[0] += m * g[0];
+                chain[1] += m * g[1];
+            }
+        }
         for output in 0..OUTPUTS {
             let mut sum = if output == DRAG { drag } else { [0.0; 2] };
-            for (block, multipliers) in residuals.iter().zip(&reverse.multipliers[output].chain) {
-                for (r, m) in block.iter().zip(multipliers) {
-                    let g = gradient(r);
-                    sum[0] -= m * g[0];
-                    sum[1] -= m * g[1];
-                }
-            }
+            sum[0] -= chain[0][output];
+            sum[1] -= chain[1][output];
             for (mass, weight) in masses.iter().zip(&reverse.mass[output]) {
                 let g = gradient(mass);
                 sum[0] += weight * g[0];
@@ -297,11 +300,11 @@ impl<'a> Reverse<'a> {
         let through_nodes = smooth_columns(&product(&direct, &section.nodes));
         let through_wake = product(&direct, &flow.nodes_by_wake);
         let outputs: Each<Change> = std::array::from_fn(|o| output_gradient(solved, o, &through_nodes, &through_wake));
-        let multipliers = reduced.adjoint(outputs);
+        let multipliers = reduced.adjoint(&outputs);
         let numbering = at.numbering;
-        let point_weights: Each<Vec<f64>> = std::array::from_fn(|o| point_weights(&numbering, &multipliers[o]));
+        let point_weights: Each<Vec<f64>> = std::array::from_fn(|o| point_weights(&numbering, &multipliers, o));
         let wake_weights: Each<Vec<f64>> =
-            std::array::from_fn(|o| multipliers[o].speed[numbering.wake_start()..].to_vec());
+            std::array::from_fn(|o| multipliers.speed[numbering.wake_start()..].iter().map(|m| m[o]).collect());
         let mut reverse = Self {
             section,
             flow,
@@ -347,28 +350,28 @@ impl<'a> Reverse<'a> {
         let (section, flow) = (self.section, self.flow);
         let n = section.len();
         let index = &self.at.positions.index;
-        let (mut strength, mut wall) = (DMatrix::zeros(n + 2, OUTPUTS), DMatrix::zeros(n + 2, OUTPUTS));
+        let mut strength = vec![SVector::<f64, OUTPUTS>::zeros(); n + 2];
+        let mut wall = strength.clone();
         for (p, t) in index.iter().enumerate() {
             let (first, w) = section.map.spline.weights(t.re);
             let inner = p > 0 && p + 1 < index.len();
             let per_rate = if inner { per_rate(section, t.re) } else { 0.0 };
-            for o in 0..OUTPUTS {
-                let weight = self.point_weights[o][p];
-                for q in 0..4 {
-                    strength[(first + q, o)] += weight * w[q];
-                    wall[(first + q, o)] -= weight * per_rate * w[q];
-                }
+            let weight = SVector::from_fn(|o, _| self.point_weights[o][p]);
+            for q in 0..4 {
+                strength[first + q] += weight * w[q];
+                wall[first + q] -= weight * (per_rate * w[q]);
             }
         }
-        let by_points = product(&section.spline, &strength) + product(&section.wall, &wall);
+        let columns = |lanes: &[SVector<f64, OUTPUTS>]| DMatrix::from_fn(n + 2, OUTPUTS, |i, o| lanes[i][o]);
+        let by_points = product(&section.spline, &columns(&strength)) + product(&section.wall, &columns(&wall));
         let wake_weights = by_columns(&self.wake_weights);
         let by_wake = product(&flow.wake_by_nodes, &wake_weights);
         let strengths_by_wake = product(&wake_weights.transpose(), &flow.wake_by_strength);
+        let through_spline = section.map.spline.coefficients_transposed(&strength);
         for o in 0..OUTPUTS {
-            let through_spline = section.map.spline.coefficients_transposed(strength.column(o).as_slice());
             for i in 0..n {
                 self.node_mass[o][i] += by_points[(i, o)] + by_wake[(i, o)];
-                self.strengths[o][i] += through_spline[i] + strengths_by_wake[(o, i)];
+                self.strengths[o][i] += through_spline[i][o] + strengths_by_wake[(o, i)];
             }
         }
     }
@@ -380,14 +383,14 @@ fn by_columns(each: &Each<Vec<f64>>) -> DMatrix<f64> {
 }
 
 /// The edge-speed equation is u − (±γ) = 0 and the stagnation equation γ = 0: weights of γ at the points in −λ·R.
-fn point_weights(numbering: &Numbering, multipliers: &Multipliers) -> Vec<f64> {
+fn point_weights(numbering: &Numbering, multipliers: &Multipliers<OUTPUTS>, output: usize) -> Vec<f64> {
     let mut weights = vec![0.0; numbering.points()];
     for side in Side::BOTH {
         for j in 0..numbering.side {
-            weights[numbering.point(side, j)] = side.sign() * multipliers.speed[numbering.station(side, j)];
+            weights[numbering.point(side, j)] = side.sign() * multipliers.speed[numbering.station(side, j)][output];
         }
     }
-    weights[numbering.side] = -multipliers.stagnation;
+    weights[numbering.side] = -multipliers.stagnation[output];
     weights
 }
 

@@ -10,7 +10,11 @@ use crate::flow::coupled::surface::{combine, combine_real};
 use crate::flow::coupled::system::{BY_TRIP, signed};
 use crate::flow::coupled::unknowns::Side;
 use crate::flow::linear::add_scaled;
+use nalgebra::SVector;
 use num_dual::DualNum;
+
+/// One number an output.
+type Lanes = SVector<f64, OUTPUTS>;
 
 /// Sensitivities to the node index of every point, and to the arc-length rate there.
 struct AtPoints {
@@ -27,38 +31,34 @@ pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Co
         let (point, _, slope) = transition_point(solved, side);
         points.index[TRANSITION + side.index()][point] += slope;
     }
-    let mut by_arc: Each<Vec<f64>> = std::array::from_fn(|_| vec![0.0; section.len() + 2]);
-    let mut totals: [f64; OUTPUTS] = std::array::from_fn(|output| chain_total(reverse, output));
+    let mut by_arc = vec![Lanes::zeros(); section.len() + 2];
+    let mut totals = chain_total(reverse);
     for p in 1..t.len() - 1 {
         // the rate depends on the index too
         let turning = gradient(&section.map.rate(Dual2::from_re(t[p]).derivative(0)))[0];
         let by_total = gradient(&reverse.at.positions.index[p])[TOTAL];
         let (first, w) = section.map.spline.weights(t[p]);
         let (_, slopes) = section.map.spline.slope_weights(t[p]);
-        for output in 0..OUTPUTS {
-            let rate = points.rate[output][p];
-            let index = points.index[output][p] + rate * turning;
-            totals[output] += index * by_total;
-            // at a given arc length the index falls where the arc length at the index grows
-            for q in 0..4 {
-                by_arc[output][first + q] += rate * slopes[q] - index / rates[p] * w[q];
-            }
+        let rate = Lanes::from_fn(|output, _| points.rate[output][p]);
+        let index = Lanes::from_fn(|output, _| points.index[output][p]) + rate * turning;
+        totals += index * by_total;
+        // at a given arc length the index falls where the arc length at the index grows
+        for q in 0..4 {
+            by_arc[first + q] += rate * slopes[q] - index * (w[q] / rates[p]);
         }
     }
     for side in Side::BOTH {
         add_trip(solved, reverse, side, &mut by_arc, collected);
     }
-    let mut by_length = by_arc.map(|by_arc| section.map.spline.coefficients_transposed(&by_arc));
-    for (list, total) in by_length.iter_mut().zip(totals) {
-        list[section.len() - 1] += total;
-    }
+    let mut by_length = section.map.spline.coefficients_transposed(&by_arc);
+    by_length[section.len() - 1] += totals;
     add_lengths(reverse, &by_length, collected);
 }
 
 /// Direct effect of the total arc length on the abscissas of the stations and on transition.
-fn chain_total(reverse: &Reverse, output: usize) -> f64 {
-    let multipliers = &reverse.multipliers[output];
-    let mut total = 0.0;
+fn chain_total(reverse: &Reverse) -> Lanes {
+    let multipliers = &reverse.multipliers;
+    let mut total = Lanes::zeros();
     for (block, m) in reverse.at.blocks.iter().zip(&multipliers.chain) {
         for (g, m) in block.globals.iter().zip(m) {
             total -= m * g[TOTAL];
@@ -72,7 +72,7 @@ fn chain_total(reverse: &Reverse, output: usize) -> f64 {
 }
 
 /// A trip at a given x moves along the arc with the shape.
-fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut Each<Vec<f64>>, collected: &mut Collected) {
+fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut [Lanes], collected: &mut Collected) {
     let Some(arc) = solved.system.trips[side.index()] else { return };
     let section = reverse.section;
     let spline = &section.map.spline;
@@ -87,32 +87,31 @@ fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut Each<Ve
     }
     let by_nodes = spline.coefficients_transposed(&by_x);
     let by_trip = gradient(&reverse.at.transition[side.index()])[BY_TRIP];
-    for output in 0..OUTPUTS {
-        let weight = -reverse.multipliers[output].transition[side.index()] * by_trip;
-        for q in 0..4 {
-            by_arc[output][first + q] += weight * w[q];
-        }
-        for (node, by_node) in collected.nodes[output].iter_mut().zip(&by_nodes) {
+    let weights = reverse.multipliers.transition[side.index()] * -by_trip;
+    for q in 0..4 {
+        by_arc[first + q] += weights * w[q];
+    }
+    for (nodes, weight) in collected.nodes.iter_mut().zip(&weights) {
+        for (node, by_node) in nodes.iter_mut().zip(&by_nodes) {
             node[0] += weight * by_node;
         }
     }
 }
 
-fn add_lengths(reverse: &Reverse, by_arc_length: &Each<Vec<f64>>, collected: &mut Collected) {
+fn add_lengths(reverse: &Reverse, by_arc_length: &[Lanes], collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
-    let mut sums = [0.0; OUTPUTS];
+    let mut sums = Lanes::zeros();
     for j in (0..outline.len() - 1).rev() {
         let [a, b] = outline.panel(j);
         let unit = |v: f64, k: usize| Dual4::from_re(v).derivative(k);
         let (dx, dy) = (unit(b[0], 2) - unit(a[0], 0), unit(b[1], 3) - unit(a[1], 1));
         let g = gradient(&num_dual::DualNum::sqrt(&(dx * dx + dy * dy)));
-        for (output, sum) in sums.iter_mut().enumerate() {
-            // a longer panel moves all nodes behind it
-            *sum += by_arc_length[output][j + 1];
-            let nodes = &mut collected.nodes[output];
+        // a longer panel moves all nodes behind it
+        sums += by_arc_length[j + 1];
+        for (nodes, sum) in collected.nodes.iter_mut().zip(&sums) {
             for c in 0..2 {
-                nodes[j][c] += *sum * g[c];
-                nodes[j + 1][c] += *sum * g[2 + c];
+                nodes[j][c] += sum * g[c];
+                nodes[j + 1][c] += sum * g[2 + c];
             }
         }
     }

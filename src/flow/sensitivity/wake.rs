@@ -143,7 +143,7 @@ fn add_dead_air(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
         };
         let residuals = interval::momentum_and_energy(&plain[0], &plain[1], &span, Regime::Wake);
         for output in 0..OUTPUTS {
-            for (r, m) in residuals.iter().zip(&reverse.multipliers[output].chain[k]) {
+            for (r, m) in residuals.iter().zip(reverse.multipliers.chain[k].map(|m| m[output])) {
                 let g = gradient(r);
                 by_gap[output][j - 1] -= m * g[0];
                 by_gap[output][j] -= m * g[1];
