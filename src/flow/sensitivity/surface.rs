@@ -2,7 +2,7 @@
 //! trips; down to the lengths of the panels.
 
 use super::{Collected, Each, OUTPUTS, Reverse, Solved, TRANSITION, transition_point};
-use crate::flow::coupled::duals::{Dual2, Dual4, gradient};
+use crate::flow::coupled::duals::{Dual2, Dual3, Dual4, gradient};
 use crate::flow::coupled::projection;
 use crate::flow::coupled::speeds::TOTAL;
 use crate::flow::coupled::subpanel::LocalSpeeds;
@@ -18,8 +18,8 @@ type Lanes = SVector<f64, OUTPUTS>;
 
 /// Sensitivities to the node index of every point, and to the arc-length rate there.
 struct AtPoints {
-    index: Each<Vec<f64>>,
-    rate: Each<Vec<f64>>,
+    index: Vec<Lanes>,
+    rate: Vec<Lanes>,
 }
 
 pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
@@ -29,7 +29,7 @@ pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Co
     let mut points = at_points(reverse, &t, &rates);
     for side in Side::BOTH {
         let (point, _, slope) = transition_point(solved, side);
-        points.index[TRANSITION + side.index()][point] += slope;
+        points.index[point][TRANSITION + side.index()] += slope;
     }
     let mut by_arc = vec![Lanes::zeros(); section.len() + 2];
     let mut totals = chain_total(reverse);
@@ -39,8 +39,8 @@ pub(super) fn add_surface(solved: &Solved, reverse: &Reverse, collected: &mut Co
         let by_total = gradient(&reverse.at.positions.index[p])[TOTAL];
         let (first, w) = section.map.spline.weights(t[p]);
         let (_, slopes) = section.map.spline.slope_weights(t[p]);
-        let rate = Lanes::from_fn(|output, _| points.rate[output][p]);
-        let index = Lanes::from_fn(|output, _| points.index[output][p]) + rate * turning;
+        let rate = points.rate[p];
+        let index = points.index[p] + rate * turning;
         totals += index * by_total;
         // at a given arc length the index falls where the arc length at the index grows
         for q in 0..4 {
@@ -117,36 +117,39 @@ fn add_lengths(reverse: &Reverse, by_arc_length: &[Lanes], collected: &mut Colle
     }
 }
 
+/// The numbers of all outputs together, entry by entry.
+fn lanes(each: &Each<Vec<f64>>) -> Vec<Lanes> {
+    (0..each[0].len()).map(|i| Lanes::from_fn(|output, _| each[output][i])).collect()
+}
+
 fn at_points(reverse: &Reverse, t: &[f64], rates: &[f64]) -> AtPoints {
-    let empty = || std::array::from_fn(|_| vec![0.0; t.len()]);
+    let empty = || vec![Lanes::zeros(); t.len()];
     let mut result = AtPoints { index: empty(), rate: empty() };
     let (mass, _) = signed(&reverse.at.mass, &reverse.at.numbering);
-    add_splines(reverse, t, rates, &mut result);
-    add_local(reverse, t, rates, &mass, &mut result);
+    let weights = lanes(&reverse.point_weights);
+    add_splines(reverse, &weights, t, rates, &mut result);
+    add_local(&weights, t, rates, &mass, &mut result);
     add_projection(reverse, t, &mass, &mut result);
     result
 }
 
 /// Interpolated strength less the wall response at panel resolution.
-fn add_splines(reverse: &Reverse, t: &[f64], rates: &[f64], result: &mut AtPoints) {
+fn add_splines(reverse: &Reverse, weights: &[Lanes], t: &[f64], rates: &[f64], result: &mut AtPoints) {
     let fields = &reverse.at.speeds.fields;
     let strength: Vec<f64> = fields.strength.iter().map(|c| c.re).collect();
     let wall: Vec<f64> = fields.wall.iter().map(|c| c.re).collect();
     for p in 1..t.len() - 1 {
-        let weights = reverse.section.map.spline.weights(Dual2::from_re(t[p]).derivative(0));
+        let at = reverse.section.map.spline.weights(Dual2::from_re(t[p]).derivative(0));
         let rate = Dual2::from_re(rates[p]).derivative(1);
-        let value: Dual2 = combine_real(&weights, &strength) - combine_real::<Dual2>(&weights, &wall) / rate;
+        let value: Dual2 = combine_real(&at, &strength) - combine_real::<Dual2>(&at, &wall) / rate;
         let g = gradient(&value);
-        for output in 0..OUTPUTS {
-            let weight = reverse.point_weights[output][p];
-            result.index[output][p] += weight * g[0];
-            result.rate[output][p] += weight * g[1];
-        }
+        result.index[p] += weights[p] * g[0];
+        result.rate[p] += weights[p] * g[1];
     }
 }
 
 /// Sub-panel speeds.
-fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
+fn add_local(weights: &[Lanes], t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
     let slope = |k: usize| (mass[k + 1] - mass[k]) / (t[k + 1] - t[k]);
     let slopes: Vec<f64> = (0..t.len() - 1).map(slope).collect();
     let mut locals = LocalSpeeds::new(t, &slopes);
@@ -156,21 +159,20 @@ fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: 
     for p in 1..t.len() - 1 {
         let per_rate = Dual2::from_re(rates[p]).derivative(1).recip();
         let local = locals.at(t[p], p);
+        let scaled = weights[p] * per_rate.re;
         for output in 0..OUTPUTS {
-            let weight = reverse.point_weights[output][p];
-            let scaled = weight * per_rate.re;
-            add_scaled(&mut by_slope[output][local.range.clone()], scaled, local.influences);
-            add_scaled(&mut by_middle[output][local.range.clone()], scaled, local.by_middle);
-            result.index[output][p] += scaled * local.by_place;
-            result.rate[output][p] += weight * per_rate.eps[1] * local.speed;
+            add_scaled(&mut by_slope[output][local.range.clone()], scaled[output], local.influences);
+            add_scaled(&mut by_middle[output][local.range.clone()], scaled[output], local.by_middle);
         }
+        result.index[p] += scaled * local.by_place;
+        result.rate[p] += weights[p] * (per_rate.eps[1] * local.speed);
     }
     for k in 0..slopes.len() {
         let (a, b) = (Dual2::from_re(t[k]).derivative(0), Dual2::from_re(t[k + 1]).derivative(1));
         let slope = (b - a).recip() * (mass[k + 1] - mass[k]);
         for output in 0..OUTPUTS {
             for end in 0..2 {
-                result.index[output][k + end] += 0.5 * by_middle[output][k] + slope.eps[end] * by_slope[output][k];
+                result.index[k + end][output] += 0.5 * by_middle[output][k] + slope.eps[end] * by_slope[output][k];
             }
         }
     }
@@ -179,17 +181,14 @@ fn add_local(reverse: &Reverse, t: &[f64], rates: &[f64], mass: &[f64], result: 
 /// Projection of the defects to the nodes.
 fn add_projection(reverse: &Reverse, t: &[f64], mass: &[f64], result: &mut AtPoints) {
     let nodes = reverse.section.len();
+    let node_mass = lanes(&reverse.node_mass);
     for p in 0..t.len() {
         let from = p.saturating_sub(1);
         let to = (p + 1).min(t.len() - 1);
-        let window: Vec<Dual4> = (from..=to).map(|q| Dual4::from_re(t[q]).derivative(q - from)).collect();
-        projection::overlaps(&window, p - from, nodes, |i, weight| {
-            let g = gradient(&weight);
-            for output in 0..OUTPUTS {
-                let factor = reverse.node_mass[output][i] * mass[p];
-                for q in from..=to {
-                    result.index[output][q] += factor * g[q - from];
-                }
+        let window: [Dual3; 3] = std::array::from_fn(|q| Dual3::from_re(t[(from + q).min(to)]).derivative(q));
+        projection::overlaps(&window[..=to - from], p - from, nodes, |i, weight| {
+            for (index, g) in result.index[from..=to].iter_mut().zip(gradient(&weight)) {
+                *index += node_mass[i] * (mass[p] * g);
             }
         });
     }
