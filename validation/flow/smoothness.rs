@@ -91,6 +91,16 @@ impl Found {
         largest
     }
 
+    /// Scatter of the difference of drag to that of another resolution: what the grid adds to the flow's own bending.
+    fn grid_rms(&self, finer: &Self) -> f64 {
+        let differences: Vec<[f64; 4]> = self
+            .points
+            .iter()
+            .filter_map(|p| finer.points.iter().find(|q| q[0] == p[0]).map(|q| [p[0], p[1] - q[1], 0.0, 0.0]))
+            .collect();
+        polynomial(&differences, DEGREE).0
+    }
+
     fn slope_error(&self) -> f64 {
         // a slope near zero is judged by a change of drag of one in a thousand over the reach
         (self.slope - self.exact).abs() / self.exact.abs().max(1e-3 * self.drag / REACH)
@@ -238,8 +248,8 @@ fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64, listing: &mut St
         "{count} random lines through shape space: a Hicks-Henne bump on each surface, {} points over +-{REACH} chords, alpha 0\n\
          to 6, Re 1e6 to 6e6, M 0 to 0.3, warm starts from the neighbour, solver settings of the command. Scatter: root mean\n\
          square about the least-squares quintic (of degree {HIGH_DEGREE} beside it: what remains there is no mere bending; doubled: with\n\
-         twice the panels and stations, where the usual ones scatter too much: what stays is the flow's, not the grid's). Slope: of the\n\
-         quintic in the middle, against the exact gradient; slopes below a thousandth of the drag over the reach count as that.\n\
+         twice the panels and stations, where the usual ones scatter too much: what stays is the flow's, not the grid's; difference:\n\
+         the scatter of the difference of the two drags, which the grid alone brings about). Slope: of the quintic in the middle, against the exact gradient; slopes below a thousandth of the drag over the reach count as that.\n\
          Jump: a third of the largest fourth difference, and its amplitude. Last column: drag from a cold start less that reached\n\
          along the line, at the ends.",
         2 * STEPS + 1
@@ -251,6 +261,7 @@ fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64, listing: &mut St
         "rms, degree 5",
         "rms, degree 11",
         "doubled, degree 5",
+        "difference, degree 5",
         "slope of fit",
         "exact",
         "slope error",
@@ -271,7 +282,8 @@ fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64, listing: &mut St
             format!("{:.7}", f.drag),
             format!("{:.1e}", f.rms),
             format!("{:.1e}", f.high_rms),
-            finer.as_ref().map_or_else(String::new, |f| format!("{:.1e}", f.rms)),
+            finer.as_ref().map_or_else(String::new, |fine| format!("{:.1e}", fine.rms)),
+            finer.as_ref().map_or_else(String::new, |fine| format!("{:.1e}", f.grid_rms(fine))),
             format!("{:.5e}", f.slope),
             format!("{:.5e}", f.exact),
             format!("{:.3} %", 100.0 * f.slope_error()),

@@ -7,6 +7,7 @@
 use super::chain::{Layer, wake_span};
 use super::duals::{Dual2, Dual3, Dual4};
 use super::system::System;
+use super::transition::TURBULENT_REST;
 use super::unknowns::{Side, Unknowns};
 use crate::differentiate::Tangent;
 use crate::flow::boundary_layer::interval::{self, Span};
@@ -146,7 +147,7 @@ impl System<'_> {
                 Side::Lower => self.section.map.total - unknowns.stagnation,
             };
             let limit = self.trips[at].map_or(length, |s| side.sign() * (unknowns.stagnation - s));
-            let limit = limit.clamp(0.004 * length, 0.992 * length);
+            let limit = limit.clamp(0.004 * length, (1.0 - TURBULENT_REST) * length);
             let found = self.amplified(&layer, side, (limit, length), unknowns.stagnation);
             unknowns.transition[at] = found.clamp(0.003 * length, limit);
             let transition = unknowns.transition[at];
