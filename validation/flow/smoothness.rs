@@ -259,7 +259,8 @@ fn sheet(count: usize, tripped: bool, scatter: f64, slope: f64, listing: &mut St
          to 6, Re 1e6 to 6e6, M 0 to 0.3, warm starts from the neighbour, solver settings of the command. Scatter: root mean\n\
          square about the least-squares quintic (of degree {HIGH_DEGREE} beside it: what remains there is no mere bending; doubled: with\n\
          twice the panels and stations, where the usual ones scatter too much: what stays is the flow's, not the grid's; difference:\n\
-         the scatter of the difference of the two drags, which the grid alone brings about). Slope: of the quintic in the middle, (and of degree 11) against the exact gradient; slopes below a thousandth of the drag over the reach count as that.\n\
+         the scatter of the difference of the two drags, which the grid alone brings about). Slope: of the quintic (and of degree {HIGH_DEGREE})\n\
+         in the middle, against the exact gradient; slopes below a thousandth of the drag over the reach count as that.\n\
          Jump: a third of the largest fourth difference, and its amplitude. Last column: drag from a cold start less that reached\n\
          along the line, at the ends.",
         2 * STEPS + 1
