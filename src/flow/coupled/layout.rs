@@ -1,6 +1,7 @@
 //! Where the stations of the boundary layer stand: at fixed fractions of stagnation → transition → trailing edge.
 
 use super::surface::{IndexSpline, combine, invert};
+use crate::differentiate::Tangent;
 use crate::scalar::Scalar;
 
 /// Numbers of stations and their fractions; fixed for a run.
@@ -105,8 +106,9 @@ impl SurfaceMap {
         let [a, b, c, d] = self.spline.polynomial(cell, &self.arc);
         let mut u = (s - self.nodes[cell]) / (self.nodes[cell + 1] - self.nodes[cell]);
         for _ in 0..8 {
-            let miss = a - s + u * (b + u * (c + u * d));
-            let step = miss / (b + u * (2.0 * c + u * 3.0 * d));
+            let v = Tangent::<1>::from_re(u).derivative(0);
+            let value = ((v * d + c) * v + b) * v + a;
+            let step = (value.re - s) / value.eps[0];
             u -= step;
             // convergence is quadratic: what such a step leaves is below round-off
             if step.abs() <= CLOSE {

@@ -373,6 +373,7 @@ mod tests {
             let acting = local.range.clone().zip(local.influences.iter().copied()).filter(|(_, v)| *v != 0.0);
             influences.retain(|(_, influence)| *influence != 0.0);
             let close = |(a, b): (&(usize, f64), (usize, f64))| a.0 == b.0 && (a.1 - b.1).abs() < 1e-15;
+            assert_eq!(influences.len(), acting.clone().count());
             assert!(influences.iter().zip(acting).all(close));
             assert!((local.speed - expected.re).abs() < 1e-14);
             found[p] += local.by_place;
