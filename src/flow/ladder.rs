@@ -80,11 +80,14 @@ impl<'a> Ladder<'a> {
         (found, self.attempts)
     }
 
-    /// The flow with other numbers of stations than those wanted, where that is all there is.
+    /// A last hope with more layouts; then the flow with other numbers of stations than those wanted, where that is all
+    /// there is.
     fn with_other_stations(&mut self) -> Option<Found> {
         if self.spare.is_none() {
             self.limit = self.work + LAST_HOPE;
-            self.other_layouts(&SPARE_LAYOUTS);
+            if let Some(end) = self.other_layouts(&SPARE_LAYOUTS) {
+                return Some((end, self.case.layout.clone()));
+            }
         }
         let (layout, start) = self.spare.take()?;
         let case = self.case;

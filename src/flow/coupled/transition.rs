@@ -4,20 +4,24 @@
 use crate::flow::boundary_layer::closure::{larger, smaller};
 use crate::scalar::Scalar;
 
-/// Rounding of the complementarity condition.
-const ROUNDING: f64 = 1e-3;
+/// Rounding of the corner of the complementarity condition, in fractions of the side's length and of the critical
+/// amplification.
+const ROUNDING: f64 = 3e-3;
+/// Distance from the corner over which the rounding fades, in the same two quantities: transition far ahead of the limit
+/// is where amplification is critical, and a layer far from critical turns turbulent at the limit.
+const FADING: [f64; 2] = [0.05, 0.3];
 /// A free layer turns turbulent at the latest this fraction of the side's length ahead of the trailing edge.
 ///
 /// A layer that is laminar up to the edge should stay so: it is thick there, and takes more lift away turned turbulent
-/// early. Lift grows by up to 0.03 as this falls from 0.008 to 0.0005; from there to XFOIL's, whose layers turn at the
-/// edge itself, it is less than 0.009.
-pub(super) const TURBULENT_REST: f64 = 5e-4;
+/// early: lift grows by up to 0.03 as this falls from 0.008 to 0.0005. XFOIL's turn at the edge itself. What is left is
+/// too short to matter and long enough for differences between stations to keep ten digits.
+pub(super) const TURBULENT_REST: f64 = 2e-5;
 /// A trip acts at the earliest at this fraction of the side's length.
 const EARLIEST: f64 = 4e-3;
 
 /// Residual of the transition point of one side.
 ///
-/// "x ≤ limit, n ≤ critical, one of them equal" in smoothed Fischer-Burmeister form. `trip` is the arc length of the
+/// "x ≤ limit, n ≤ critical, one of them equal" in Fischer-Burmeister form, rounded at the corner. `trip` is the arc length of the
 /// trip from the stagnation point, `length` the length of the side.
 pub(crate) fn residual<S: Scalar>(x: S, length: S, trip: Option<S>, n: S, critical: f64) -> S {
     let free = length * (1.0 - TURBULENT_REST);
@@ -30,7 +34,9 @@ pub(crate) fn residual<S: Scalar>(x: S, length: S, trip: Option<S>, n: S, critic
     };
     let a = (limit - x) / length;
     let b = -n / critical + 1.0;
-    a + b - (a * a + b * b + 2.0 * ROUNDING * ROUNDING).sqrt()
+    let squares = a * a + b * b;
+    let fading = (-(a / FADING[0]).powi(2) - (b / FADING[1]).powi(2)).exp();
+    a + b - (squares + fading * (2.0 * ROUNDING * ROUNDING)).sqrt()
 }
 
 #[cfg(test)]
