@@ -259,7 +259,7 @@ struct Set {
     tripped: bool,
     scatter: f64,
     slope: f64,
-    /// Whether the slopes have to hold, or are only shown.
+    /// Whether the slopes about degree 11 have to hold, or are only shown.
     binding: bool,
 }
 
@@ -352,13 +352,18 @@ fn judge(sheet: &mut Sheet, set: &Set, lines: &[&Found]) {
         sheet.open("worst scatter about degree 11", scatter, worst(|f| f.high_rms));
         sheet.open("lines that scatter more about degree 11", 0.0, above(|f| f.high_rms, scatter) as f64);
     }
-    if set.binding {
+    if set.tripped {
         sheet.at_most("worst error of slope", slope, worst(Found::slope_error));
         sheet.count_at_most("lines with a worse slope", 0, Some(above(Found::slope_error, slope)));
+        return;
+    }
+    // the slope of a polynomial that cannot follow the drag is not the drag's
+    sheet.open("worst error of slope", slope, worst(Found::slope_error));
+    sheet.open("lines with a worse slope", 0.0, above(Found::slope_error, slope) as f64);
+    if set.binding {
+        sheet.at_most("worst error of slope about degree 11", slope, worst(Found::high_slope_error));
     } else {
-        // the slope of a polynomial that cannot follow the drag is not the drag's
-        sheet.open("worst error of slope", slope, worst(Found::slope_error));
-        sheet.open("lines with a worse slope", 0.0, above(Found::slope_error, slope) as f64);
+        sheet.open("worst error of slope about degree 11", slope, worst(Found::high_slope_error));
         sheet.open("lines with a worse slope about degree 11", 0.0, above(Found::high_slope_error, slope) as f64);
     }
 }
