@@ -216,3 +216,28 @@ fn circulation(outline: &Outline, strengths: &[f64]) -> f64 {
     let mean = |j: usize| 0.5 * (strengths[j] + strengths[j + 1]);
     (0..outline.len() - 1).map(|j| mean(j) * Straight::new(outline.panel(j)).length).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::analysis::PanelledSection;
+    use super::super::condition::{Condition, Incidence, Settings};
+    use super::super::panel::outline::TrailingEdge;
+    use super::super::testcases::naca_symmetric;
+    use super::*;
+
+    #[test]
+    fn what_the_last_hope_finds_is_kept() {
+        let section = PanelledSection::new(&naca_symmetric(0.12, 0.0025, 121), TrailingEdge::Blunt).unwrap();
+        let condition = Condition::new(Incidence::Alpha(0.05), 1e6);
+        let layout = Layout::new(40, 30, section.response.wake_distances.len());
+        let case = Case { section: &section, condition, settings: Settings::default(), layout };
+        let flow = FlowResponse::new(&section.response, 0.05);
+        // the budget spent, nothing but the last hope is left
+        let ladder = Ladder { work: 2.0 * BUDGET, ..Ladder::new(&case, &flow, Vec::new()) };
+        let (found, attempts) = ladder.climb();
+        let (end, layout) = found.unwrap();
+        assert!(end.converged && end.residual <= case.settings.tolerance);
+        assert_eq!(layout.laminar.len(), 40);
+        assert_eq!(attempts.last().unwrap().what, "from 36 laminar stations");
+    }
+}
