@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 const ROUNDING: f64 = 5e-3;
 /// Distance from the corner over which the rounding fades, in the same two quantities: transition far ahead of the limit
 /// is where amplification is critical, and a layer far from critical turns turbulent at the limit.
-const FADING: [f64; 2] = [0.05, 0.3];
+const FADING: [f64; 2] = [0.05, 0.33];
 /// A free layer turns turbulent at the latest this fraction of the side's length ahead of the trailing edge.
 ///
 /// A layer that is laminar up to the edge should stay so: it is thick there, and takes more lift away turned turbulent
