@@ -16,8 +16,9 @@ const LEAST_SMOOTHING: f64 = 5e-4;
 ///
 /// Equal steps of the integral of a density over arc length that grows with the smoothed curvature and towards the
 /// trailing edge. Its part linear in the curvature gives every turn of the surface its number of panels, some 17 of 160
-/// to the nose whatever its radius: thin sections need that, their suction peak is as narrow as the nose. Choose them once, from the undeformed section, and keep them while it deforms: nodes at
-/// fixed parameters move smoothly with the shape.
+/// to the nose whatever its radius: thin sections need that, their suction peak is as narrow as the nose. Choose them
+/// once, from the undeformed section, and keep them while it deforms: nodes at fixed parameters move smoothly with the
+/// shape.
 ///
 /// ```
 /// use aeroform::flow::panel_parameters;

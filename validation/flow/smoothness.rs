@@ -259,7 +259,7 @@ struct Set {
     tripped: bool,
     scatter: f64,
     slope: f64,
-    /// Whether the slopes about degree 11 have to hold, or are only shown.
+    /// Whether the slopes have to hold with free transition, or are only shown.
     binding: bool,
 }
 
@@ -332,6 +332,15 @@ fn sheet(set: &Set, listing: &mut String) -> Result<Sheet, Failure> {
     }
     let lines: Vec<&Found> = found.iter().flatten().collect();
     judge(&mut sheet, set, &lines);
+    if !tripped {
+        let of_grid = finer.iter().flatten().filter(|fine| fine.rms <= scatter).count();
+        let what = "lines that scatter more, and would not if doubled";
+        if set.binding {
+            sheet.count_at_most(what, 0, Some(of_grid));
+        } else {
+            sheet.open(what, 0.0, of_grid as f64);
+        }
+    }
     Ok(sheet)
 }
 
@@ -357,12 +366,14 @@ fn judge(sheet: &mut Sheet, set: &Set, lines: &[&Found]) {
         sheet.count_at_most("lines with a worse slope", 0, Some(above(Found::slope_error, slope)));
         return;
     }
-    // the slope of a polynomial that cannot follow the drag is not the drag's
-    sheet.open("worst error of slope", slope, worst(Found::slope_error));
-    sheet.open("lines with a worse slope", 0.0, above(Found::slope_error, slope) as f64);
     if set.binding {
+        sheet.at_most("worst error of slope", slope, worst(Found::slope_error));
+        sheet.count_at_most("lines with a worse slope", 0, Some(above(Found::slope_error, slope)));
         sheet.at_most("worst error of slope about degree 11", slope, worst(Found::high_slope_error));
     } else {
+        // the slope of a polynomial that cannot follow the drag is not the drag's
+        sheet.open("worst error of slope", slope, worst(Found::slope_error));
+        sheet.open("lines with a worse slope", 0.0, above(Found::slope_error, slope) as f64);
         sheet.open("worst error of slope about degree 11", slope, worst(Found::high_slope_error));
         sheet.open("lines with a worse slope about degree 11", 0.0, above(Found::high_slope_error, slope) as f64);
     }

@@ -3,7 +3,12 @@
 use crate::scalar::Scalar;
 
 /// Half width of the onset of growth, in decades of the momentum-thickness Reynolds number.
-const ONSET: f64 = 0.08;
+///
+/// Published is 0.08 with a cubic ramp. The stations slide over the onset while the shape changes, and a ramp that is
+/// crossed between two of them lets drag feel where they stand. The ramp is symmetric about the critical Reynolds
+/// number, so that its width hardly moves transition: by 7e-5 chords in the median and 5e-3 at most on 595 random points
+/// with free transition, and drag by 0.01 and 0.4 %.
+const ONSET: f64 = 0.24;
 
 /// Logarithm (base 10) of the Reynolds number at which growth sets in.
 pub(crate) fn critical_reynolds_log<S: Scalar>(hk: S) -> S {
@@ -48,13 +53,23 @@ mod tests {
         let per_reynolds =
             envelope_slope(2.5911) / (-0.05 + 2.7 * h - 5.5 * h * h + 3.0 * h.powi(3) + 0.1 * (-20.0 * h).exp());
         assert!((per_reynolds / 0.01031 - 1.0).abs() < 2e-3, "{per_reynolds}");
-        assert_eq!(growth_rate(2.5911, 1e-3, 200.0), 0.0);
-        assert!((growth_rate(2.5911f64, 1e-3, 400.0) - envelope_slope(2.5911) / 1e-3).abs() < 1e-12);
+        assert_eq!(growth_rate(2.5911, 1e-3, 160.0), 0.0);
+        assert!((growth_rate(2.5911f64, 1e-3, 500.0) - envelope_slope(2.5911) / 1e-3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_ramp_is_symmetric_about_the_critical_reynolds_number() {
+        let critical = 10f64.powf(critical_reynolds_log(2.5911));
+        let full = envelope_slope(2.5911f64);
+        for ratio in [1.05, 1.2, 1.5, 1.7] {
+            let sum = growth_rate(2.5911, 1.0, critical * ratio) + growth_rate(2.5911, 1.0, critical / ratio);
+            assert!((sum / full - 1.0).abs() < 1e-12, "{ratio}: {sum}");
+        }
     }
 
     #[test]
     fn derivatives_are_exact_before_on_and_behind_the_ramp() {
-        for (hk, re) in [(2.5911, 200.0), (2.5911, 270.0), (2.5911, 290.0), (2.5911, 400.0), (3.5, 120.0), (6.0, 90.0)]
+        for (hk, re) in [(2.5911, 150.0), (2.5911, 200.0), (2.5911, 400.0), (2.5911, 500.0), (3.5, 120.0), (6.0, 90.0)]
         {
             check_gradient(&relation!(|h, re| growth_rate(h, S::from(0.7), re)), hk, re);
         }

@@ -19,7 +19,7 @@
 //! | slip speed Us: above 0.95 set to 0.98 (wake 0.99995) | jump | at most 0.96 (0.995), rounded 0.01 (0.002) |
 //! | Hk − 1 − 18/Re, at least 0.01 | clip | rounded, 0.01 |
 //! | thickness δ, at most 12 θ | clip | rounded, 0.1 θ |
-//! | onset of amplification, ±0.08 decades | cubic ramp, C1 | quintic ramp, C2 |
+//! | onset of amplification | cubic ramp over ±0.08 decades, C1 | quintic ramp over ±0.24, C2 |
 
 pub(crate) mod amplification;
 pub(crate) mod laminar;
