@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn branches_lead_to_the_solution_wanted() {
-        with_ladder(0.06, |mut ladder, layout| {
+        with_ladder(0.05, |mut ladder, layout| {
             let wanted = solution(&mut ladder, layout, Place::default());
             let places = [
                 (Parameter::Angle, Place { turned: -2.0, ..Place::default() }),

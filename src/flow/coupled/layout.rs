@@ -38,11 +38,13 @@ fn graded(count: usize, density: impl Fn(f64) -> f64) -> Vec<f64> {
 
 impl Layout {
     pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
-        // dense at the ends of both: laminar separation ahead of transition, and a side that is laminar up to the edge,
-        // need stations as close as the panels
+        // laminar stations are dense at both ends: laminar separation ahead of transition, and a side that is laminar up
+        // to the edge, need stations as close as the panels. Turbulent ones crowd behind transition, where the shape
+        // parameter falls within some fifty momentum thicknesses (at a thin nose a thousandth of the side), and over the
+        // last part of the side, where it rises towards separation
         Self {
             laminar: graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.02 - x) + 1.0),
-            turbulent: graded(turbulent, |x| 1.0 / (0.01 + x) + 1.0 / (1.005 - x) + 1.0),
+            turbulent: graded(turbulent, |x| 1.0 / (0.0025 + x) + 2.0 / (1.03 - x)),
             wake,
         }
     }
