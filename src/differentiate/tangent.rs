@@ -12,6 +12,13 @@ use std::fmt;
 use std::iter::{Product, Sum};
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
+/// `a b + c`, rounded once where the processor built for can do that in one step. For derivatives only: values are to be
+/// those of plain `f64`.
+#[inline(always)]
+fn fused(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
+}
+
 /// A value and its `N` first derivatives.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tangent<const N: usize> {
@@ -69,14 +76,14 @@ impl<const N: usize> Tangent<N> {
 
     #[inline(always)]
     fn times(&self, other: &Self) -> Self {
-        Self { re: self.re * other.re, eps: self.both(other, |a, b| a * other.re + self.re * b) }
+        Self { re: self.re * other.re, eps: self.both(other, |a, b| fused(a, other.re, self.re * b)) }
     }
 
     #[inline(always)]
     fn over(&self, other: &Self) -> Self {
         let inverse = other.re.recip();
         let value = self.re / other.re;
-        Self { re: value, eps: self.both(other, |a, b| (a - value * b) * inverse) }
+        Self { re: value, eps: self.both(other, |a, b| fused(-value, b, a) * inverse) }
     }
 
     /// `a − b floor(a / b)` with the sign of `a`, as of `f64`.
@@ -374,7 +381,7 @@ impl<const N: usize> DualNum for Tangent<N> {
     #[inline]
     fn atan2(&self, other: Self) -> Self {
         let square = (self.re * self.re + other.re * other.re).recip();
-        let eps = self.both(&other, |a, b| (a * other.re - b * self.re) * square);
+        let eps = self.both(&other, |a, b| fused(a, other.re, -(b * self.re)) * square);
         Self { re: self.re.atan2(other.re), eps }
     }
     fn sinh(&self) -> Self {

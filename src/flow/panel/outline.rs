@@ -86,7 +86,8 @@ pub(crate) fn balance<S: Scalar>(nodes: [[S; 2]; 3]) -> [S; 2] {
     let length = |v: [S; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
     let (h1, h2) = (length(before), length(behind));
     let factor = (h1 + h2).recip() * (-1.0 / 6.0);
-    [0, 1].map(|k| b[k] + (behind[k] * h1 - before[k] * h2) * factor)
+    let moved = |k: usize| b[k] + (behind[k] * h1 - before[k] * h2) * factor;
+    [moved(0), moved(1)]
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {

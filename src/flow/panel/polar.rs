@@ -8,6 +8,7 @@ use super::kernel::{Place, Sight};
 use crate::flow::elementary::polar_coordinates;
 use crate::scalar::Scalar;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::Range;
 
 /// Logarithms of the distances and directions from vertices (columns) to points (rows).
 #[derive(Debug, Clone)]
@@ -136,10 +137,10 @@ pub(crate) struct Pairs<'a> {
 }
 
 impl Pairs<'_> {
-    /// The same of the first `points` points: lets loops up to there run without checks of the index.
+    /// The same of some of the points: lets loops over these run without checks of the index.
     #[inline(always)]
-    pub fn first(self, points: usize) -> Self {
-        Self { logs: self.logs.map(|v| &v[..points]), angles: self.angles.map(|v| &v[..points]) }
+    pub fn of(self, points: Range<usize>) -> Self {
+        Self { logs: self.logs.map(|v| &v[points.clone()]), angles: self.angles.map(|v| &v[points.clone()]) }
     }
 
     #[inline(always)]

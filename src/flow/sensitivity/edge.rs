@@ -1,6 +1,7 @@
 //! Reverse sweep through the equation of the trailing edge: the cut, whose few points move with the edge.
 
 use super::influence::scatter_edge;
+use super::sums::Vectors;
 use super::{Collected, OUTPUTS, Reverse};
 use crate::flow::coupled::duals::{Dual8, gradient};
 use crate::flow::panel::edge::Cut;
@@ -13,21 +14,22 @@ fn cut_dual(nodes: &[[f64; 2]]) -> Cut<Dual8> {
 }
 
 /// The onset flow through the cut, and its points and its direction, which move with the four nodes at the edge: from
-/// the `velocity` at the points and the derivatives of its component through the cut with respect to them.
+/// the `velocity` at the points, which come first, and the derivatives of its component through the cut with respect to them.
 pub(super) fn add_cut(
     reverse: &Reverse,
     weights: &[f64; OUTPUTS],
-    velocity: &[[f64; 2]],
-    by_point: &[[f64; 2]],
+    velocity: &Vectors,
+    by_point: &Vectors,
     collected: &mut Collected,
 ) {
     let cut = cut_dual(&reverse.section.panels.outline.nodes);
     let mut total = [0.0; 8];
     for (p, (point, weight)) in cut.points.iter().enumerate() {
+        let (velocity, by_point) = (velocity.at(p), by_point.at(p));
         for c in 0..2 {
             let (moved, turned) = (gradient(&point[c]), gradient(&cut.direction[c]));
             for k in 0..8 {
-                total[k] += weight * (by_point[p][c] * moved[k] + velocity[p][c] * turned[k]);
+                total[k] += weight * (by_point[c] * moved[k] + velocity[c] * turned[k]);
             }
         }
     }

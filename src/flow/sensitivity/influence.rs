@@ -1,6 +1,6 @@
 //! Reverse sweep through the panel equations: every panel and every node, once for all outputs.
 
-use super::sums::{Points, Quantity, Slopes, Table, scatter_ends};
+use super::sums::{Points, Quantity, Slopes, Vectors, panel_sums, scatter_ends};
 use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
 use crate::flow::coupled::duals::{Dual3, Dual4, Dual8, gradient};
 use crate::flow::coupled::response::edge_place;
@@ -9,6 +9,7 @@ use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
 use crate::flow::panel::polar::{Pairs, Straight};
 use nalgebra::DMatrix;
 use num_dual::DualNum;
+use std::ops::Range;
 
 /// Multipliers of the panel equations, negative.
 pub(super) struct PanelWeights {
@@ -58,8 +59,9 @@ struct SurfaceStream<'a> {
 }
 
 impl Quantity<3> for SurfaceStream<'_> {
-    fn first(&self, points: usize) -> Self {
-        Self { pairs: self.pairs.first(points), ..*self }
+    #[inline(always)]
+    fn of(&self, points: Range<usize>) -> Self {
+        Self { pairs: self.pairs.of(points), ..*self }
     }
 
     #[inline(always)]
@@ -80,8 +82,9 @@ struct WakeStream<'a> {
 }
 
 impl Quantity<3> for WakeStream<'_> {
-    fn first(&self, points: usize) -> Self {
-        Self { pairs: self.pairs.first(points), ..*self }
+    #[inline(always)]
+    fn of(&self, points: Range<usize>) -> Self {
+        Self { pairs: self.pairs.of(points), ..*self }
     }
 
     #[inline(always)]
@@ -108,8 +111,8 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
     }
     let points = Points::new(&outline.nodes, |output, i| weights[output][i]);
     let mut slopes = Slopes::zeros(n);
-    let mut by_point = vec![[0.0; 2]; n];
-    let mut table = Table::new(n);
+    let mut by_point = Vectors::new([0.0; 2], n);
+    let mut sums = Vec::with_capacity(n);
     for j in 0..n - 1 {
         let panel = Straight::new(outline.panel(j));
         let jump = smoothed[j + 1] - smoothed[j];
@@ -117,10 +120,10 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
         let stream = SurfaceStream { pairs, panel, strengths: [strengths[j], strengths[j + 1]], jump };
         // the other ends of a sharp edge, too, stand on the first and the last panel
         slopes.fill(&points, &panel, &stream, [0, j, j + 1, n - 1], |i| outline.place(i, j));
-        table.enter(&panel, &points, &slopes, |_| [0.0; 2]);
+        sums.push(panel_sums(&points, &slopes));
         slopes.add_outer(&panel, &mut by_point);
     }
-    scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
+    scatter_ends(&sums, &outline.nodes, &mut collected.nodes);
     if outline.trailing_edge == TrailingEdge::Blunt {
         add_closing(reverse, &points, &mut by_point, collected);
     }
@@ -167,8 +170,9 @@ struct ClosingStream<'a> {
 }
 
 impl Quantity<5> for ClosingStream<'_> {
-    fn first(&self, points: usize) -> Self {
-        Self { pairs: self.pairs.first(points), ..*self }
+    #[inline(always)]
+    fn of(&self, points: Range<usize>) -> Self {
+        Self { pairs: self.pairs.of(points), ..*self }
     }
 
     #[inline(always)]
@@ -181,7 +185,7 @@ impl Quantity<5> for ClosingStream<'_> {
 }
 
 /// The closing panel; adds to `by_point` what the points see.
-fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut [[f64; 2]], collected: &mut Collected) {
+fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut Vectors, collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
     let strengths = &reverse.at_solution.nodes;
@@ -190,19 +194,12 @@ fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut [[f64; 2]], co
     let panel = Straight::new(outline.panel(n - 1));
     let pairs = reverse.section.panels.polar.pairs_of([n - 1, 0]);
     let stream = ClosingStream { pairs, panel, vortex: vortex.re * speed, source: source.re * speed };
-    let (mut slopes, mut table) = (Slopes::zeros(n), Table::new(n));
+    let mut slopes = Slopes::zeros(n);
     slopes.fill(points, &panel, &stream, [0, n - 1], |i| outline.place(i, n - 1));
-    table.enter(&panel, points, &slopes, |_| [0.0; 2]);
+    panel_sums(points, &slopes).scatter(outline.panel(n - 1), [n - 1, 0], &mut collected.nodes);
     slopes.add_outer(&panel, by_point);
-    for sums in table.sums() {
-        sums.scatter(outline.panel(n - 1), [n - 1, 0], &mut collected.nodes);
-    }
     for output in 0..OUTPUTS {
-        let (mut by_vortex, mut by_source) = (0.0, 0.0);
-        for ([.., vortex, source], weights) in slopes.0.iter().zip(&points.weights) {
-            by_vortex += weights[output] * vortex;
-            by_source += weights[output] * source;
-        }
+        let [by_vortex, by_source] = [3, 4].map(|number| points.sum(output, &slopes, number));
         let nodes = &mut collected.nodes[output];
         scatter_edge(gradient(&vortex), by_vortex * speed, nodes);
         scatter_edge(gradient(&source), by_source * speed, nodes);
@@ -222,16 +219,16 @@ pub(super) fn add_wake_stream(
     let n = outline.len();
     let nodes = Points::new(&outline.nodes, |output, i| weights.stream[output][i]);
     let mut slopes = Slopes::zeros(n);
-    let mut by_node = vec![[0.0; 2]; n];
-    let mut table = Table::new(n);
+    let mut by_node = Vectors::new([0.0; 2], n);
+    let mut sums = Vec::with_capacity(n);
     for h in 0..points.len() - 1 {
         let panel = Straight::new([points[h], points[h + 1]]);
         let pairs = reverse.flow.polar.pairs_of([h, h + 1]);
         let stream = WakeStream { pairs, panel, strengths: [strengths[h], strengths[h + 1]] };
         slopes.fill(&nodes, &panel, &stream, [0, n - 1], |i| edge_place(outline, i, h));
-        table.enter(&panel, &nodes, &slopes, |_| [0.0; 2]);
+        sums.push(panel_sums(&nodes, &slopes));
         slopes.add_outer(&panel, &mut by_node);
     }
-    scatter_ends(&table.sums(), points, by_points);
+    scatter_ends(&sums, points, by_points);
     nodes.add_weighted(&by_node, collected);
 }

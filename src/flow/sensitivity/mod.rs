@@ -264,8 +264,10 @@ impl Collected {
             own
         });
         for i in 1..n - 1 {
-            let seed = |k: usize| [0, 1].map(|c| Tangent::<8>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c));
-            let moved = balance([seed(0), seed(1), seed(2)]).map(|v| gradient(&v));
+            let unit = |k: usize, c: usize| Tangent::<8>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c);
+            let seed = |k: usize| [unit(k, 0), unit(k, 1)];
+            let [x, y] = balance([seed(0), seed(1), seed(2)]);
+            let moved = [gradient(&x), gradient(&y)];
             for (output, given) in given.iter_mut().enumerate() {
                 let [x, y] = self.nodes[output][i];
                 for k in 0..3 {

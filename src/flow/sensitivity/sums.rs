@@ -6,10 +6,12 @@
 
 use super::{Collected, Each, OUTPUTS};
 use crate::flow::coupled::duals::{Dual3, Dual4, gradient};
+use crate::flow::linear::dot;
 use crate::flow::panel::kernel::Place;
 use crate::flow::panel::polar::Straight;
 use num_dual::DualNum;
 use pulp::{NullaryFnOnce, Simd, WithSimd};
+use std::ops::Range;
 
 /// The variables of a panel seen from a point.
 #[inline(always)]
@@ -27,7 +29,7 @@ pub(super) struct Points {
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub weights: Vec<Lanes>,
-    /// The same, output by output.
+    /// The same, output by output, with zeros up to whole steps.
     by_output: Each<Vec<f64>>,
 }
 
@@ -37,7 +39,11 @@ impl Points {
             x: points.iter().map(|p| p[0]).collect(),
             y: points.iter().map(|p| p[1]).collect(),
             weights: (0..points.len()).map(|i| std::array::from_fn(|output| weight(output, i))).collect(),
-            by_output: std::array::from_fn(|output| (0..points.len()).map(|i| weight(output, i)).collect()),
+            by_output: std::array::from_fn(|output| {
+                let mut weights: Vec<f64> = (0..points.len()).map(|i| weight(output, i)).collect();
+                weights.resize(points.len().next_multiple_of(STEP), 0.0);
+                weights
+            }),
         }
     }
 
@@ -45,10 +51,16 @@ impl Points {
         [self.x[i], self.y[i]]
     }
 
+    /// The sum over the points of one of the numbers, for an output.
+    pub fn sum<const N: usize>(&self, output: usize, slopes: &Slopes<N>, number: usize) -> f64 {
+        slopes.weighted(number, &self.by_output[output])
+    }
+
     /// Adds to the derivatives with respect to the points, nodes of the section, what they see.
-    pub fn add_weighted(&self, by_point: &[[f64; 2]], collected: &mut Collected) {
+    pub fn add_weighted(&self, by_point: &Vectors, collected: &mut Collected) {
         for output in 0..OUTPUTS {
-            for ((node, weights), [x, y]) in collected.nodes[output].iter_mut().zip(&self.weights).zip(by_point) {
+            for (i, (node, weights)) in collected.nodes[output].iter_mut().zip(&self.weights).enumerate() {
+                let [x, y] = by_point.at(i);
                 node[0] += weights[output] * x;
                 node[1] += weights[output] * y;
             }
@@ -56,13 +68,27 @@ impl Points {
     }
 }
 
+/// Points whose numbers stand together, kind after kind, so that vectors can be made of them.
+const BLOCK: usize = 192;
+/// Points that the sums take at a time, the last of them with weights of zero: a multiple of any vector's length.
+const STEP: usize = 8;
+
+/// The numbers of one quantity at the points of a block.
+#[derive(Clone)]
+struct Block<const N: usize> {
+    numbers: [[f64; BLOCK]; N],
+    /// Coefficients of the unit vector along the panel.
+    turn: [[f64; BLOCK]; 2],
+}
+
 /// What one panel does at all points; the first three numbers are the derivatives of a quantity with respect to the
 /// coordinates of the point in the frame of the panel and to the length of the panel.
-pub(super) struct Slopes<const N: usize>(pub Vec<[f64; N]>);
+pub(super) struct Slopes<const N: usize>(Vec<Block<N>>);
 
 impl<const N: usize> Slopes<N> {
     pub fn zeros(points: usize) -> Self {
-        Self(vec![[0.0; N]; points])
+        let block = Block { numbers: [[0.0; BLOCK]; N], turn: [[0.0; BLOCK]; 2] };
+        Self(vec![block; points.div_ceil(BLOCK)])
     }
 
     /// Evaluates a quantity at all points: at those of `special` where `place` says they are, elsewhere at all others.
@@ -74,36 +100,114 @@ impl<const N: usize> Slopes<N> {
         special: impl IntoIterator<Item = usize>,
         place: impl Fn(usize) -> Place,
     ) {
-        fill_vectorised(&mut self.0, points, panel, quantity);
-        for i in special {
-            let (at, length) = variables(panel, points.at(i));
-            self.0[i] = quantity.at(i, at, length, place(i));
+        for (block, first) in self.0.iter_mut().zip((0..).step_by(BLOCK)) {
+            let range = first..points.x.len().min(first + BLOCK);
+            fill_vectorised(block, [&points.x[range.clone()], &points.y[range.clone()]], panel, &quantity.of(range));
+        }
+        for (i, place) in special.into_iter().map(|i| (i, place(i))).filter(|(_, place)| *place != Place::Elsewhere) {
+            let block = &mut self.0[i / BLOCK];
+            block.set(i % BLOCK, seen(panel, points.at(i), quantity, i, place));
         }
     }
 
     /// Adds the slopes in the outer frame to those of every point.
-    pub fn add_outer(&self, panel: &Straight, by_point: &mut [[f64; 2]]) {
-        for (sum, slopes) in by_point.iter_mut().zip(&self.0) {
-            let [x, y] = panel.outer([slopes[0], slopes[1]]);
-            sum[0] += x;
-            sum[1] += y;
+    pub fn add_outer(&self, panel: &Straight, by_point: &mut Vectors) {
+        self.add_vectors([0, 1], panel, by_point);
+    }
+
+    /// Adds vectors that have two of the numbers as coordinates in the frame of the panel.
+    pub fn add_vectors(&self, [along, across]: [usize; 2], panel: &Straight, sums: &mut Vectors) {
+        let [x, y] = &mut sums.0;
+        for ((block, x), y) in self.0.iter().zip(x.chunks_mut(BLOCK)).zip(y.chunks_mut(BLOCK)) {
+            add_outer(panel, &block.numbers[along], &block.numbers[across], x, y);
         }
+    }
+
+    /// The sum over the points of one of the numbers.
+    pub fn weighted(&self, k: usize, weights: &[f64]) -> f64 {
+        self.0.iter().zip(weights.chunks(BLOCK)).map(|(block, weights)| dot(&block.numbers[k], weights)).sum()
+    }
+}
+
+impl<const N: usize> Block<N> {
+    /// The first three kinds of numbers.
+    #[inline(always)]
+    fn slopes(&self) -> [&[f64; BLOCK]; 3] {
+        std::array::from_fn(|k| &self.numbers[k])
+    }
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, (numbers, turn): ([f64; N], [f64; 2])) {
+        for k in 0..N {
+            self.numbers[k][i] = numbers[k];
+        }
+        for c in 0..2 {
+            self.turn[c][i] = turn[c];
+        }
+    }
+}
+
+/// Adds vectors of the frame of a panel.
+fn add_outer(panel: &Straight, along: &[f64], across: &[f64], sum_x: &mut [f64], sum_y: &mut [f64]) {
+    for (((sum_x, sum_y), along), across) in sum_x.iter_mut().zip(sum_y).zip(along).zip(across) {
+        let [x, y] = panel.outer([*along, *across]);
+        *sum_x += x;
+        *sum_y += y;
+    }
+}
+
+/// A vector at every point, its two coordinates apart.
+pub(super) struct Vectors([Vec<f64>; 2]);
+
+impl Vectors {
+    pub fn new([x, y]: [f64; 2], points: usize) -> Self {
+        Self([vec![x; points], vec![y; points]])
+    }
+
+    pub fn at(&self, i: usize) -> [f64; 2] {
+        [self.0[0][i], self.0[1][i]]
+    }
+
+    pub fn add(&mut self, i: usize, by: [f64; 2]) {
+        self.0[0][i] += by[0];
+        self.0[1][i] += by[1];
     }
 }
 
 /// What a panel does at a point.
 pub(super) trait Quantity<const N: usize> {
-    /// The same for the first `points` points only: lets a loop up to there run without checks of the index.
-    fn first(&self, points: usize) -> Self;
+    /// The same for some of the points only: lets a loop over these run without checks of the index.
+    fn of(&self, points: Range<usize>) -> Self;
 
     /// At point `i`, which has the coordinates `at` in the frame of the panel.
     fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; N];
+
+    /// Coefficients of the unit vector along the panel at point `i`, beyond those that follow from the slopes.
+    #[inline(always)]
+    fn beyond(&self, _i: usize, _numbers: &[f64; N]) -> [f64; 2] {
+        [0.0; 2]
+    }
+}
+
+/// The numbers at point `i` of a quantity, which stands at `point`; the coefficients of the unit vector.
+#[inline(always)]
+fn seen<const N: usize>(
+    panel: &Straight,
+    point: [f64; 2],
+    quantity: &impl Quantity<N>,
+    i: usize,
+    place: Place,
+) -> ([f64; N], [f64; 2]) {
+    let (at, length) = variables(panel, point);
+    let numbers = quantity.at(i, at, length, place);
+    let ([x, y], [more_x, more_y]) = (turned(panel, point, numbers[0], numbers[1]), quantity.beyond(i, &numbers));
+    (numbers, [x + more_x, y + more_y])
 }
 
 /// The loop of [`Slopes::fill`], compiled for the vectors the processor has.
 struct Fill<'a, const N: usize, Q> {
-    slopes: &'a mut [[f64; N]],
-    points: &'a Points,
+    block: &'a mut Block<N>,
+    points: [&'a [f64]; 2],
     panel: &'a Straight,
     quantity: &'a Q,
 }
@@ -113,101 +217,71 @@ impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
 
     #[inline(always)]
     fn call(self) {
-        fill(self.slopes, self.points, self.panel, self.quantity);
+        let Self { block, points: [x, y], panel, quantity } = self;
+        let count = x.len().min(BLOCK);
+        let (x, y, quantity) = (&x[..count], &y[..count], quantity.of(0..count));
+        for i in 0..count {
+            block.set(i, seen(panel, [x[i], y[i]], &quantity, i, Place::Elsewhere));
+        }
     }
 }
 
 /// Never inlined, so that the compiler knows that what it writes to is nothing it reads.
 #[inline(never)]
 fn fill_vectorised<const N: usize, Q: Quantity<N>>(
-    slopes: &mut [[f64; N]],
-    points: &Points,
+    block: &mut Block<N>,
+    points: [&[f64]; 2],
     panel: &Straight,
     quantity: &Q,
 ) {
-    pulp::Arch::new().dispatch(Fill { slopes, points, panel, quantity });
-}
-
-#[inline(always)]
-fn fill<const N: usize, Q: Quantity<N>>(slopes: &mut [[f64; N]], points: &Points, panel: &Straight, quantity: &Q) {
-    let n = slopes.len();
-    let (x, y, quantity) = (&points.x[..n], &points.y[..n], quantity.first(n));
-    for i in 0..n {
-        let (at, length) = variables(panel, [x[i], y[i]]);
-        slopes[i] = quantity.at(i, at, length, Place::Elsewhere);
-    }
+    pulp::Arch::new().dispatch(Fill { block, points, panel, quantity });
 }
 
 /// Numbers that a panel's sums consist of.
 const SUMS: usize = 5;
 
-/// Sums over the points, panel after panel.
-pub(super) struct Table {
-    /// What stands in the sums of the panel under way, point by point.
-    terms: [Vec<f64>; SUMS],
-    panels: Vec<PanelSums>,
-}
-
-impl Table {
-    pub fn new(points: usize) -> Self {
-        Self { terms: std::array::from_fn(|_| vec![0.0; points]), panels: Vec::new() }
-    }
-
-    /// Adds the next panel: its slopes, and coefficients of the unit vector along it, point by point, beyond those that
-    /// follow from the slopes.
-    pub fn enter<const N: usize>(
-        &mut self,
-        panel: &Straight,
-        points: &Points,
-        slopes: &Slopes<N>,
-        beyond: impl Fn(usize) -> [f64; 2],
-    ) {
-        let n = slopes.0.len();
-        let [along, across, turn_x, turn_y, stretch] = self.terms.each_mut().map(|terms| &mut terms[..n]);
-        for (i, slopes) in slopes.0.iter().enumerate() {
-            (along[i], across[i], stretch[i]) = (slopes[0], slopes[1], slopes[2]);
-            let [x, y] = turned(panel, points.at(i), slopes[0], slopes[1]);
-            let [more_x, more_y] = beyond(i);
-            (turn_x[i], turn_y[i]) = (x + more_x, y + more_y);
-        }
-        let terms = self.terms.each_ref().map(Vec::as_slice);
-        let weights = points.by_output.each_ref().map(Vec::as_slice);
-        let [along, across, x, y, stretch] = pulp::Arch::new().dispatch(Weighted { terms, weights });
-        self.panels.push(PanelSums { shift: [along, across], turn: [x, y], stretch });
-    }
-
-    /// The sums of all panels.
-    pub fn sums(self) -> Vec<PanelSums> {
-        self.panels
-    }
+/// The sums over the points for a panel with these slopes.
+pub(super) fn panel_sums<const N: usize>(points: &Points, slopes: &Slopes<N>) -> PanelSums {
+    let [along, across, x, y, stretch] = pulp::Arch::new().dispatch(Weighted { slopes, weights: &points.by_output });
+    PanelSums { shift: [along, across], turn: [x, y], stretch }
 }
 
 /// Sums of terms times weights, for every kind of term and every output; a product of two narrow matrices, for which
 /// blocks are too wide.
-struct Weighted<'a> {
-    terms: [&'a [f64]; SUMS],
-    weights: [&'a [f64]; OUTPUTS],
+struct Weighted<'a, const N: usize> {
+    slopes: &'a Slopes<N>,
+    /// Filled up with zeros to whole steps.
+    weights: &'a Each<Vec<f64>>,
 }
 
-impl WithSimd for Weighted<'_> {
+/// Outputs summed at a time: more need more registers than there are.
+const TOGETHER: usize = 2;
+
+impl<const N: usize> WithSimd for Weighted<'_, N> {
     type Output = [Lanes; SUMS];
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let mut sums = [[0.0; OUTPUTS]; SUMS];
-        let terms = self.terms.map(S::as_simd_f64s);
-        for (output, weights) in self.weights.into_iter().enumerate() {
-            let (weights, rest) = S::as_simd_f64s(weights);
-            let vectors = terms.map(|(vectors, _)| &vectors[..weights.len()]);
-            let mut many = [simd.splat_f64s(0.0); SUMS];
-            for (i, weight) in weights.iter().enumerate() {
-                for k in 0..SUMS {
-                    many[k] = simd.mul_add_e_f64s(vectors[k][i], *weight, many[k]);
+        for (group, weights) in self.weights.as_chunks::<TOGETHER>().0.iter().enumerate() {
+            let mut many = [[simd.splat_f64s(0.0); SUMS]; TOGETHER];
+            for (block, first) in self.slopes.0.iter().zip((0..).step_by(BLOCK)) {
+                let ([along, across, stretch], [x, y]) = (block.slopes(), &block.turn);
+                let end = weights[0].len().min(first + BLOCK);
+                let weights = weights.each_ref().map(|weights| S::as_simd_f64s(&weights[first..end]).0);
+                let terms = [along, across, x, y, stretch].map(|term| &S::as_simd_f64s(term).0[..weights[0].len()]);
+                for i in 0..weights[0].len() {
+                    for k in 0..SUMS {
+                        for o in 0..TOGETHER {
+                            many[o][k] = simd.mul_add_e_f64s(terms[k][i], weights[o][i], many[o][k]);
+                        }
+                    }
                 }
             }
             for k in 0..SUMS {
-                let few: f64 = terms[k].1.iter().zip(rest).map(|(term, weight)| term * weight).sum();
-                sums[k][output] = simd.reduce_sum_f64s(many[k]) + few;
+                for o in 0..TOGETHER {
+                    sums[k][group * TOGETHER + o] = simd.reduce_sum_f64s(many[o][k]);
+                }
             }
         }
         sums

@@ -1,7 +1,7 @@
 //! Reverse sweep through the velocities that panels bring about at points, taken in a direction at each point.
 
 use super::influence::{closing_strengths, origin, scatter_edge, seen_from};
-use super::sums::{Points, Quantity, Slopes, Table, scatter_ends};
+use super::sums::{PanelSums, Points, Quantity, Slopes, Vectors, panel_sums, scatter_ends};
 use super::{Collected, Each, OUTPUTS, Reverse, Strengths};
 use crate::flow::coupled::duals::{Dual3, Dual4, gradient};
 use crate::flow::coupled::response::wake_place;
@@ -9,6 +9,7 @@ use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::TrailingEdge;
 use crate::flow::panel::polar::{Pairs, Polar, Straight};
 use num_dual::DualNum;
+use std::ops::Range;
 
 /// Velocity of a panel with linear vortex and source strengths in the direction of every point: its slopes, and the
 /// velocity along and across the panel.
@@ -16,8 +17,8 @@ use num_dual::DualNum;
 struct PanelVelocity<'a> {
     pairs: Pairs<'a>,
     panel: &'a Straight,
-    /// Directions at the points.
-    directions: &'a [[f64; 2]],
+    /// Directions at the points, their two coordinates apart.
+    directions: [&'a [f64]; 2],
     /// Vortex strengths at the two ends.
     vortex: [f64; 2],
     /// Source strengths at the two ends, and a constant one over the length of the panel.
@@ -26,8 +27,10 @@ struct PanelVelocity<'a> {
 }
 
 impl Quantity<5> for PanelVelocity<'_> {
-    fn first(&self, points: usize) -> Self {
-        Self { pairs: self.pairs.first(points), directions: &self.directions[..points], ..*self }
+    #[inline(always)]
+    fn of(&self, points: Range<usize>) -> Self {
+        let directions = self.directions.map(|v| &v[points.clone()]);
+        Self { pairs: self.pairs.of(points), directions, ..*self }
     }
 
     #[inline(always)]
@@ -44,10 +47,16 @@ impl Quantity<5> for PanelVelocity<'_> {
                 + (c[e] + d[e]) * constant
         };
         let (along, across) = (total(0), total(1));
-        let [wx, wy] = self.directions[i];
+        let [wx, wy] = self.directions.map(|v| v[i]);
         let [tx, ty] = self.panel.tangent;
         let speed = along * (wx * tx + wy * ty) + across * (wy * tx - wx * ty);
         [speed.eps[0], speed.eps[1], speed.eps[2], along.re, across.re]
+    }
+
+    #[inline(always)]
+    fn beyond(&self, i: usize, [_, _, _, along, across]: &[f64; 5]) -> [f64; 2] {
+        let [x, y] = self.directions.map(|v| v[i]);
+        [along * x + across * y, along * y - across * x]
     }
 }
 
@@ -55,8 +64,8 @@ impl Quantity<5> for PanelVelocity<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct Observers<'a> {
     pub points: &'a Points,
-    /// Directions in which the velocities are taken.
-    pub directions: &'a [[f64; 2]],
+    /// Directions in which the velocities are taken, their two coordinates apart.
+    pub directions: [&'a [f64]; 2],
     /// Distances and directions from the nodes of the section, and from the ends of the wake's half panels.
     pub from_surface: &'a Polar,
     pub from_wake: &'a Polar,
@@ -68,15 +77,16 @@ pub(super) struct Observers<'a> {
 pub(super) struct Velocities {
     slopes: Slopes<5>,
     /// Velocity at every point.
-    pub velocity: Vec<[f64; 2]>,
+    pub velocity: Vectors,
     /// Derivatives of the velocity in the direction of a point with respect to the point.
-    pub by_point: Vec<[f64; 2]>,
+    pub by_point: Vectors,
 }
 
 impl Velocities {
     /// In an onset flow.
     pub fn new(onset: [f64; 2], points: usize) -> Self {
-        Self { slopes: Slopes::zeros(points), velocity: vec![onset; points], by_point: vec![[0.0; 2]; points] }
+        let (velocity, by_point) = (Vectors::new(onset, points), Vectors::new([0.0; 2], points));
+        Self { slopes: Slopes::zeros(points), velocity, by_point }
     }
 
     /// Adds all panels: those of the surface, the half panels of the wake between `ends`, and the closing panel. The
@@ -90,10 +100,10 @@ impl Velocities {
         collected: &mut Collected,
     ) {
         let outline = &reverse.section.panels.outline;
-        let (n, count) = (outline.len(), self.velocity.len());
+        let n = outline.len();
         let Strengths { nodes: strengths, smoothed, wake: sources } = &reverse.at_solution;
         let Observers { points, directions, from_surface, from_wake, first_of_wake } = *observers;
-        let mut table = Table::new(count);
+        let mut sums = Vec::with_capacity(n);
         for j in 0..n - 1 {
             let velocity = PanelVelocity {
                 pairs: from_surface.pairs_of([j, j + 1]),
@@ -103,10 +113,10 @@ impl Velocities {
                 source: [0.0; 2],
                 jump: smoothed[j] - smoothed[j + 1],
             };
-            self.add(points, &mut table, &velocity, [], |_| Place::Elsewhere);
+            sums.push(self.add(points, &velocity, [], |_| Place::Elsewhere));
         }
-        scatter_ends(&table.sums(), &outline.nodes, &mut collected.nodes);
-        let mut table = Table::new(count);
+        scatter_ends(&sums, &outline.nodes, &mut collected.nodes);
+        let mut sums = Vec::with_capacity(ends.len());
         for h in 0..ends.len() - 1 {
             let velocity = PanelVelocity {
                 pairs: from_wake.pairs_of([h, h + 1]),
@@ -118,37 +128,28 @@ impl Velocities {
             };
             // the node of the wake that this half panel ends or starts at
             let own = Some(h.div_ceil(2)).filter(|k| *k > 0).map(|k| first_of_wake + k - 1);
-            self.add(points, &mut table, &velocity, own, |i| wake_place(i + 1 - first_of_wake, h));
+            sums.push(self.add(points, &velocity, own, |i| wake_place(i + 1 - first_of_wake, h)));
         }
-        scatter_ends(&table.sums(), ends, by_ends);
+        scatter_ends(&sums, ends, by_ends);
         if outline.trailing_edge == TrailingEdge::Blunt {
             let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
             self.add_closing(reverse, edge_speed, points, directions, collected);
         }
     }
 
-    /// Adds one panel, the next of `table`.
+    /// Adds one panel; its sums over the points.
     fn add(
         &mut self,
         points: &Points,
-        table: &mut Table,
         quantity: &PanelVelocity,
         special: impl IntoIterator<Item = usize>,
         place: impl Fn(usize) -> Place,
-    ) {
+    ) -> PanelSums {
         let panel = quantity.panel;
         self.slopes.fill(points, panel, quantity, special, place);
-        let slopes = &self.slopes.0;
-        table.enter(panel, points, &self.slopes, |i| {
-            let ([_, _, _, along, across], [x, y]) = (slopes[i], quantity.directions[i]);
-            [along * x + across * y, along * y - across * x]
-        });
         self.slopes.add_outer(panel, &mut self.by_point);
-        for (sum, [_, _, _, along, across]) in self.velocity.iter_mut().zip(&self.slopes.0) {
-            let [x, y] = panel.outer([*along, *across]);
-            sum[0] += x;
-            sum[1] += y;
-        }
+        self.slopes.add_vectors([3, 4], panel, &mut self.velocity);
+        panel_sums(points, &self.slopes)
     }
 
     /// Adds the closing panel of a blunt edge, which moves with the nodes of the edge.
@@ -157,7 +158,7 @@ impl Velocities {
         reverse: &Reverse,
         edge_speed: f64,
         points: &Points,
-        directions: &[[f64; 2]],
+        directions: [&[f64]; 2],
         collected: &mut Collected,
     ) {
         let outline = &reverse.section.panels.outline;
@@ -166,17 +167,15 @@ impl Velocities {
         let panel = outline.panel(n - 1);
         // velocity per strength of vortices and sources, weighted
         let mut sums = [[0.0; 2]; OUTPUTS];
-        for k in 0..self.velocity.len() {
-            let along = |v: [Dual4; 2]| v[0] * directions[k][0] + v[1] * directions[k][1];
+        for k in 0..points.x.len() {
+            let along = |v: [Dual4; 2]| v[0] * directions[0][k] + v[1] * directions[1][k];
             let v = velocity_influence(seen_from(points.at(k), panel), origin(), Place::Elsewhere);
             let by_vortex = [0, 1].map(|c| v.vortex[0][c] + v.vortex[1][c]);
             let by_source = [0, 1].map(|c| v.source[0][c] + v.source[1][c]);
             let total = [0, 1].map(|c| (by_vortex[c] * closing[0].re + by_source[c] * closing[1].re) * edge_speed);
             let g = gradient(&along(total));
-            for c in 0..2 {
-                self.velocity[k][c] += total[c].re;
-                self.by_point[k][c] -= g[c] + g[2 + c];
-            }
+            self.velocity.add(k, total.map(|v| v.re));
+            self.by_point.add(k, [-g[0] - g[2], -g[1] - g[3]]);
             for output in 0..OUTPUTS {
                 let weight = points.weights[k][output];
                 let nodes = &mut collected.nodes[output];

@@ -49,8 +49,10 @@ fn add_velocities(
     let (sin, cos) = flow.alpha.sin_cos();
     let first = cut.points.len();
     let places: Vec<[f64; 2]> = cut.points.iter().map(|p| p.0).chain(flow.wake_nodes[1..].iter().copied()).collect();
-    let directions: Vec<[f64; 2]> =
-        std::iter::repeat_n(cut.direction, first).chain(flow.wake_tangents[1..].iter().copied()).collect();
+    let directions: (Vec<f64>, Vec<f64>) = std::iter::repeat_n(cut.direction, first)
+        .chain(flow.wake_tangents[1..].iter().copied())
+        .map(|[x, y]| (x, y))
+        .unzip();
     let points = Points::new(&places, |output, i| match cut.points.get(i) {
         Some((_, weight)) => edge_weights[output] * weight,
         None => reverse.wake_weights[output][i + 1 - first],
@@ -58,23 +60,24 @@ fn add_velocities(
     let mut sums = Velocities::new([cos, sin], places.len());
     let observers = Observers {
         points: &points,
-        directions: &directions,
+        directions: [&directions.0, &directions.1],
         from_surface: &flow.from_surface,
         from_wake: &flow.from_wake,
         first_of_wake: first,
     };
     sums.add_panels(reverse, &observers, ends, by_ends, collected);
-    add_cut(reverse, edge_weights, &sums.velocity[..first], &sums.by_point[..first], collected);
+    add_cut(reverse, edge_weights, &sums.velocity, &sums.by_point, collected);
     for k in 1..flow.wake_nodes.len() {
         let i = first + k - 1;
-        let tangent = directions[i];
+        let tangent = flow.wake_tangents[k];
+        let by_point = sums.by_point.at(i);
         for output in 0..OUTPUTS {
             collected.alpha[output] += points.weights[i][output] * (cos * tangent[1] - sin * tangent[0]);
             for c in 0..2 {
-                by_ends[output][2 * k][c] += points.weights[i][output] * sums.by_point[i][c];
+                by_ends[output][2 * k][c] += points.weights[i][output] * by_point[c];
             }
         }
-        add_tangent(reverse, k, sums.velocity[i], points.weights[i], by_ends);
+        add_tangent(reverse, k, sums.velocity.at(i), points.weights[i], by_ends);
     }
 }
 
