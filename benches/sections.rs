@@ -4,6 +4,7 @@ use aeroform::flow::{
     Condition, Gradients, Incidence, PanelledSection, Settings, Solution, TrailingEdge, panel_parameters,
 };
 use aeroform::section::SectionDefinition;
+use nalgebra::DMatrix;
 
 /// Nodes of the flow benches: 160 panels.
 pub const NODES: usize = 161;
@@ -45,27 +46,19 @@ pub fn polar(section: &PanelledSection, degrees: impl Iterator<Item = f64>, reyn
 
 /// Derivatives of all nodes (x and y in turn) with respect to some number of design variables: any dense matrix will do.
 pub struct Chain {
-    variables: usize,
-    rows: Vec<f64>,
+    /// A row a variable, a column a coordinate of a node.
+    rows: DMatrix<f64>,
 }
 
 impl Chain {
     pub fn new(variables: usize) -> Self {
-        let rows = (0..2 * NODES * variables).map(|k| (0.7 * k as f64).sin()).collect();
-        Self { variables, rows }
+        let rows = DMatrix::from_fn(variables, 2 * NODES, |i, k| (0.7 * (k * variables + i) as f64).sin());
+        Self { rows }
     }
 
-    /// Gradients of the four coefficients with respect to the design variables.
-    pub fn apply(&self, gradients: &Gradients) -> [Vec<f64>; 4] {
+    /// Gradients of the four coefficients with respect to the design variables, a column each.
+    pub fn apply(&self, gradients: &Gradients) -> DMatrix<f64> {
         let by_nodes = [&gradients.cl, &gradients.cd, &gradients.cm, &gradients.cp_min].map(|d| d.nodes.as_flattened());
-        let mut result = [(); 4].map(|()| vec![0.0; self.variables]);
-        for (k, row) in self.rows.chunks_exact(self.variables).enumerate() {
-            for (sums, by_node) in result.iter_mut().zip(by_nodes) {
-                for (sum, v) in sums.iter_mut().zip(row) {
-                    *sum += by_node[k] * v;
-                }
-            }
-        }
-        result
+        &self.rows * DMatrix::from_fn(2 * NODES, by_nodes.len(), |k, output| by_nodes[output][k])
     }
 }

@@ -9,32 +9,47 @@ const LANES: usize = 4;
 
 /// Natural logarithms of the distances `values` from zero.
 pub(crate) fn log_distances(values: &[f64], logs: &mut [f64]) {
-    for (x, log) in values.chunks(LANES).zip(logs.chunks_mut(LANES)) {
-        let result = vector(x, 1.0).abs().ln().to_array();
-        log.copy_from_slice(&result[..log.len()]);
+    let log = |x: [f64; LANES]| f64x4::from(x).abs().ln().to_array();
+    let ((values, values_left), (logs, logs_left)) = (values.as_chunks(), logs.as_chunks_mut());
+    for (x, result) in values.iter().zip(logs) {
+        *result = log(*x);
+    }
+    if !logs_left.is_empty() {
+        logs_left.copy_from_slice(&log(filled(values_left, 1.0))[..logs_left.len()]);
     }
 }
 
 /// Natural logarithms of the lengths and directions (−π to π) of vectors; both are zero for a vector of no length.
 pub(crate) fn polar_coordinates(dx: &[f64], dy: &[f64], logs: &mut [f64], angles: &mut [f64]) {
-    let components = dx.chunks(LANES).zip(dy.chunks(LANES));
-    for ((x, y), (log, angle)) in components.zip(logs.chunks_mut(LANES).zip(angles.chunks_mut(LANES))) {
-        let (x, y) = (vector(x, 1.0), vector(y, 0.0));
-        let square = x * x + y * y;
-        let (half_log, direction) = ((square.ln() * 0.5).to_array(), y.atan2(x).to_array());
-        let square = square.to_array();
-        for k in 0..log.len() {
-            (log[k], angle[k]) = if square[k] > 0.0 { (half_log[k], direction[k]) } else { (0.0, 0.0) };
-        }
+    let ((x, x_left), (y, y_left)) = (dx.as_chunks(), dy.as_chunks());
+    let ((logs, logs_left), (angles, angles_left)) = (logs.as_chunks_mut(), angles.as_chunks_mut());
+    for ((x, y), (log, angle)) in x.iter().zip(y).zip(logs.iter_mut().zip(angles)) {
+        (*log, *angle) = polar(*x, *y);
+    }
+    if !logs_left.is_empty() {
+        let (log, angle) = polar(filled(x_left, 1.0), filled(y_left, 0.0));
+        logs_left.copy_from_slice(&log[..logs_left.len()]);
+        angles_left.copy_from_slice(&angle[..angles_left.len()]);
     }
 }
 
-/// The first numbers of a slice, or all and a number to fill up with.
 #[inline(always)]
-fn vector(values: &[f64], rest: f64) -> f64x4 {
+fn polar(x: [f64; LANES], y: [f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
+    let (x, y) = (f64x4::from(x), f64x4::from(y));
+    let square = x * x + y * y;
+    let (mut logs, mut angles) = ((square.ln() * 0.5).to_array(), y.atan2(x).to_array());
+    let square = square.to_array();
+    for k in 0..LANES {
+        (logs[k], angles[k]) = if square[k] > 0.0 { (logs[k], angles[k]) } else { (0.0, 0.0) };
+    }
+    (logs, angles)
+}
+
+/// The numbers that are left at the end of a list, and one to fill up with.
+fn filled(values: &[f64], rest: f64) -> [f64; LANES] {
     let mut lanes = [rest; LANES];
     lanes[..values.len()].copy_from_slice(values);
-    f64x4::from(lanes)
+    lanes
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub(crate) use kept;
 
 kept!(f64);
 
-/// The first spare list that `fits`, empty.
+/// The first spare list that `fits`, with whatever it holds.
 fn take<T: Kept>(fits: impl Fn(&Vec<T>) -> bool) -> Vec<T> {
     let spare = T::spare().try_with(|spare| {
         let mut spare = spare.borrow_mut();
@@ -46,8 +46,7 @@ fn take<T: Kept>(fits: impl Fn(&Vec<T>) -> bool) -> Vec<T> {
     spare.ok().flatten().unwrap_or_default()
 }
 
-fn keep<T: Kept>(mut list: Vec<T>) {
-    list.clear();
+fn keep<T: Kept>(list: Vec<T>) {
     // at the end of a thread its spare memory may be gone already
     let _ = T::spare().try_with(|spare| {
         let mut spare = spare.borrow_mut();
@@ -65,6 +64,7 @@ pub(crate) struct Recycled<T: Kept>(Vec<T>);
 impl<T: Kept> FromIterator<T> for Recycled<T> {
     fn from_iter<I: IntoIterator<Item = T>>(items: I) -> Self {
         let mut list = take(|_| true);
+        list.clear();
         list.extend(items);
         Self(list)
     }
@@ -73,6 +73,7 @@ impl<T: Kept> FromIterator<T> for Recycled<T> {
 impl<T: Kept> Recycled<T> {
     pub fn with_capacity(count: usize) -> Self {
         let mut list = take(|_| true);
+        list.clear();
         list.reserve(count);
         Self(list)
     }
@@ -104,13 +105,20 @@ impl<T: Kept> Drop for Recycled<T> {
 
 /// A large matrix of zeros, in memory that was [returned](give_back) where there is some.
 pub(crate) fn large_zeros(rows: usize, columns: usize) -> DMatrix<f64> {
+    let mut matrix = large(rows, columns);
+    matrix.fill(0.0);
+    matrix
+}
+
+/// The same to be overwritten: it holds numbers of no meaning.
+pub(crate) fn large(rows: usize, columns: usize) -> DMatrix<f64> {
     let size = rows * columns;
     let mut values = take(|v: &Vec<f64>| v.capacity() >= size && v.capacity() <= size + size / 2);
     values.resize(size, 0.0);
     DMatrix::from_vec(rows, columns, values)
 }
 
-/// Keeps the memory of a matrix for the next [`large_zeros`].
+/// Keeps the memory of a matrix for the next [`large`] one.
 pub(crate) fn give_back(matrix: &mut DMatrix<f64>) {
     keep::<f64>(std::mem::replace(matrix, DMatrix::zeros(0, 0)).data.into());
 }

@@ -5,7 +5,7 @@ use super::duals::gradient;
 use super::system::{BY_AMPLIFICATION, Linearised};
 use super::unknowns::Side;
 use crate::flow::linear::Linear;
-use crate::flow::memory::{Recycled, kept, large_zeros};
+use crate::flow::memory::{Recycled, kept, large};
 use nalgebra::{DMatrix, Matrix3};
 
 /// (ln θ, third, ln u) of a station.
@@ -139,7 +139,7 @@ impl Elimination {
     pub fn dense_transposed(&self, system: &Linearised) -> DMatrix<f64> {
         let numbering = &system.numbering;
         let n = numbering.stations();
-        let mut matrix = large_zeros(n + 3, n + 3);
+        let mut matrix = large(n + 3, n + 3);
         // responses of the states of one station to all unknowns; at the start of the wake of both sides
         let mut response = [(); 3].map(|()| vec![0.0; n + 3]);
         let mut globals = [[[0.0; 3]; 3]; 2];
@@ -191,6 +191,7 @@ impl Elimination {
                 let slope = gradient(&system.transition[side.index()]);
                 let mut column = matrix.column_mut(n + side.index());
                 let row = column.as_mut_slice();
+                row[..n].fill(0.0);
                 for (r, z) in row[first..=k].iter_mut().zip(&response[1][first..=k]) {
                     *r = slope[BY_AMPLIFICATION] * z;
                 }

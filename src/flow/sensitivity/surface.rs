@@ -5,7 +5,7 @@ use super::{Collected, Each, OUTPUTS, Reverse, Solved, TRANSITION, transition_po
 use crate::flow::coupled::duals::{Dual2, Dual3, Dual4, gradient};
 use crate::flow::coupled::projection;
 use crate::flow::coupled::speeds::TOTAL;
-use crate::flow::coupled::subpanel::LocalSpeeds;
+use crate::flow::coupled::subpanel::{LocalSpeed, LocalSpeeds};
 use crate::flow::coupled::surface::{combine, combine_real};
 use crate::flow::coupled::system::{BY_TRIP, signed};
 use crate::flow::coupled::unknowns::Side;
@@ -152,28 +152,41 @@ fn add_splines(reverse: &Reverse, weights: &[Lanes], t: &[f64], rates: &[f64], r
 fn add_local(weights: &[Lanes], t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
     let slope = |k: usize| (mass[k + 1] - mass[k]) / (t[k + 1] - t[k]);
     let slopes: Vec<f64> = (0..t.len() - 1).map(slope).collect();
+    // how fast the slopes change with the places of the points below and above
+    let turning: [Vec<f64>; 2] = std::array::from_fn(|end| {
+        let distance = |k: usize| Dual2::from_re(t[k + 1]).derivative(1) - Dual2::from_re(t[k]).derivative(0);
+        (0..slopes.len()).map(|k| (distance(k).recip() * (mass[k + 1] - mass[k])).eps[end]).collect()
+    });
     let mut locals = LocalSpeeds::new(t, &slopes);
-    // sensitivities to the middles and the slopes of the intervals
-    let zeros = || std::array::from_fn(|_| vec![0.0; slopes.len()]);
-    let (mut by_middle, mut by_slope): (Each<Vec<f64>>, Each<Vec<f64>>) = (zeros(), zeros());
+    // sensitivities to the places of all points
+    let mut by_places: Each<Vec<f64>> = std::array::from_fn(|_| vec![0.0; t.len()]);
+    let mut by_place = vec![0.0; t.len()];
     for p in 1..t.len() - 1 {
         let per_rate = Dual2::from_re(rates[p]).derivative(1).recip();
         let local = locals.at(t[p], p);
+        let places = local.range.start..local.range.end + 1;
+        let by_place = &mut by_place[..places.len()];
+        spread(&local, turning.each_ref().map(|rates| &rates[local.range.clone()]), by_place);
         let scaled = weights[p] * per_rate.re;
         for output in 0..OUTPUTS {
-            add_scaled(&mut by_slope[output][local.range.clone()], scaled[output], local.influences);
-            add_scaled(&mut by_middle[output][local.range.clone()], scaled[output], local.by_middle);
+            add_scaled(&mut by_places[output][places.clone()], scaled[output], by_place);
         }
         result.index[p] += scaled * local.by_place;
         result.rate[p] += weights[p] * (per_rate.eps[1] * local.speed);
     }
-    for k in 0..slopes.len() {
-        let (a, b) = (Dual2::from_re(t[k]).derivative(0), Dual2::from_re(t[k + 1]).derivative(1));
-        let slope = (b - a).recip() * (mass[k + 1] - mass[k]);
-        for output in 0..OUTPUTS {
-            for end in 0..2 {
-                result.index[k + end][output] += 0.5 * by_middle[output][k] + slope.eps[end] * by_slope[output][k];
-            }
+    for (k, index) in result.index.iter_mut().enumerate() {
+        *index += Lanes::from_fn(|output, _| by_places[output][k]);
+    }
+}
+
+/// Derivatives of a sub-panel speed with respect to the places of the points in its reach, by way of the middles of the
+/// intervals and of the slopes there, which change at the rates `turning` with the points below and above.
+fn spread(local: &LocalSpeed, turning: [&[f64]; 2], by_place: &mut [f64]) {
+    let intervals = || local.by_middle.iter().zip(local.influences);
+    by_place.fill(0.0);
+    for (end, turning) in turning.into_iter().enumerate() {
+        for ((sum, (by_middle, influence)), turning) in by_place[end..].iter_mut().zip(intervals()).zip(turning) {
+            *sum += 0.5 * by_middle + influence * turning;
         }
     }
 }
