@@ -80,7 +80,7 @@ fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
     let condition = solution.condition();
     format!(
         "{}: alpha {:.2} deg, M {}, Re {:.3e}, CL {:.4}, CD {:.5}",
-        arguments.point.shape,
+        arguments.point.name(),
         solution.alpha.to_degrees(),
         condition.mach,
         condition.reynolds,
@@ -197,7 +197,7 @@ fn inviscid(
     });
     if let Some(directory) = directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
-        let title = format!("{}: inviscid, CL {:.4}", arguments.point.shape, solution.cl);
+        let title = format!("{}: inviscid, CL {:.4}", arguments.point.name(), solution.cl);
         let files = [
             ("result.json", serde_json::to_string_pretty(&result).map_err(|e| failed(&e))? + "\n"),
             ("pressure.svg", figures::inviscid_pressure(nodes, solution, &title).map_err(|e| failed(&e))?),

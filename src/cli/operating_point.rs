@@ -30,6 +30,15 @@ pub(super) struct PointArguments {
 const MOST_PANELS: usize = 2000;
 
 impl PointArguments {
+    /// What to call the section in a title: as given, or the name of its file without the way there.
+    pub fn name(&self) -> std::borrow::Cow<'_, str> {
+        let path = std::path::Path::new(&self.shape);
+        match path.file_name() {
+            Some(name) if path.is_file() => name.to_string_lossy(),
+            _ => self.shape.as_str().into(),
+        }
+    }
+
     /// The operating point at an angle of attack in degrees, or a lift coefficient.
     pub fn condition(&self, alpha: Option<f64>, lift: Option<f64>) -> Result<Condition, Failure> {
         let trips = match self.trip.as_deref() {

@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
         let reliable: Vec<&Solution> = points.iter().map(|(s, _)| s).filter(|s| s.is_reliable()).collect();
         let title =
-            format!("{}: M {}, Re {:.3e}", arguments.point.shape, arguments.point.mach, arguments.point.reynolds);
+            format!("{}: M {}, Re {:.3e}", arguments.point.name(), arguments.point.mach, arguments.point.reynolds);
         let files = [
             ("polar.csv", csv(&points)),
             ("polar.svg", figures::drag_polar(&reliable, &title).map_err(|e| failed(&e))?),

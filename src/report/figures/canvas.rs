@@ -104,7 +104,9 @@ impl Canvas<'_, '_> {
     pub(super) fn heading(&self, title: &str, legend: &Legend, frame: Frame, top: f64) -> Result<(), FigureError> {
         let middle = 0.5 * (frame.left + frame.right);
         if !title.is_empty() {
-            self.text([middle, top + 18.0], title, TITLE_SIZE, Anchor::Centre)?;
+            let width = f64::from(self.0.dim_in_pixel().0) / FINENESS;
+            let size = title_size(title, 2.0 * middle.min(width - middle));
+            self.text([middle, top + 18.0], title, size, Anchor::Centre)?;
         }
         for (row, y) in legend.rows.iter().zip(0..) {
             let y = top + title_height(title) + LEGEND_ROW * (f64::from(y) + 0.5);
@@ -131,6 +133,11 @@ impl Canvas<'_, '_> {
 /// Height of title and legend together.
 pub(super) fn heading_height(title: &str, legend: &Legend) -> f64 {
     title_height(title) + LEGEND_ROW * legend.rows.len() as f64 + 9.0
+}
+
+/// The usual size of a title, or a smaller one with which it fits into `room`.
+fn title_size(title: &str, room: f64) -> f64 {
+    TITLE_SIZE.min(TITLE_SIZE * (room - 20.0) / text_width(title, TITLE_SIZE))
 }
 
 fn title_height(title: &str) -> f64 {
@@ -410,6 +417,14 @@ pub(super) fn left_margin(y: &Axis) -> f64 {
 pub(super) mod tests {
     use super::*;
     use approx::assert_relative_eq;
+
+    #[test]
+    fn long_titles_are_smaller() {
+        assert_eq!(title_size("short", 500.0), TITLE_SIZE);
+        let long = "a title that is longer than the picture is wide, by much, at the usual size";
+        let size = title_size(long, 500.0);
+        assert!(size < TITLE_SIZE && text_width(long, size) < 500.0);
+    }
 
     /// The polylines of a colour, in the fine pixels of the file.
     pub(in super::super) fn polylines(svg: &str, color: &str) -> Vec<Vec<[f64; 2]>> {
