@@ -6,7 +6,7 @@
 //! XFOIL takes means of both ends. Here integrals over an interval are by Simpson's rule, with the logarithms of θ and
 //! Hk − 1 straight in between: towards separation these grow exponentially, and means of what grows so are too large by
 //! a twelfth of the square of its logarithmic change. With forty turbulent stations the error of the drag close to
-//! separation is a quarter of that with means, or less.
+//! separation is a third of that with means, or less.
 
 use super::closure::turbulent::{LAG, LOCUS_B, WAKE_DISSIPATION_LENGTH, equilibrium_gradient, friction};
 use super::closure::{amplification, laminar, turbulent};
