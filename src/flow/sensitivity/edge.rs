@@ -14,7 +14,8 @@ fn cut_dual(nodes: &[[f64; 2]]) -> Cut<Dual8> {
 }
 
 /// The onset flow through the cut, and its points and its direction, which move with the four nodes at the edge: from
-/// the `velocity` at the points, which come first, and the derivatives of its component through the cut with respect to them.
+/// the `velocity` at the points, which come first, and the derivatives of its component through the cut with respect to
+/// them.
 pub(super) fn add_cut(
     reverse: &Reverse,
     weights: &[f64; OUTPUTS],

@@ -73,6 +73,8 @@ const BLOCK: usize = 192;
 /// Points that the sums take at a time, the last of them with weights of zero: a multiple of any vector's length.
 const STEP: usize = 8;
 
+const _: () = assert!(BLOCK.is_multiple_of(STEP) && OUTPUTS.is_multiple_of(TOGETHER), "sums would leave numbers out");
+
 /// The numbers of one quantity at the points of a block.
 #[derive(Clone)]
 struct Block<const N: usize> {
@@ -125,7 +127,11 @@ impl<const N: usize> Slopes<N> {
 
     /// The sum over the points of one of the numbers.
     pub fn weighted(&self, k: usize, weights: &[f64]) -> f64 {
-        self.0.iter().zip(weights.chunks(BLOCK)).map(|(block, weights)| dot(&block.numbers[k], weights)).sum()
+        self.0
+            .iter()
+            .zip(weights.chunks(BLOCK))
+            .map(|(block, weights)| dot(&block.numbers[k][..weights.len()], weights))
+            .sum()
     }
 }
 

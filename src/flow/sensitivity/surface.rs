@@ -153,10 +153,12 @@ fn add_local(weights: &[Lanes], t: &[f64], rates: &[f64], mass: &[f64], result: 
     let slope = |k: usize| (mass[k + 1] - mass[k]) / (t[k + 1] - t[k]);
     let slopes: Vec<f64> = (0..t.len() - 1).map(slope).collect();
     // how fast the slopes change with the places of the points below and above
-    let turning: [Vec<f64>; 2] = std::array::from_fn(|end| {
-        let distance = |k: usize| Dual2::from_re(t[k + 1]).derivative(1) - Dual2::from_re(t[k]).derivative(0);
-        (0..slopes.len()).map(|k| (distance(k).recip() * (mass[k + 1] - mass[k])).eps[end]).collect()
-    });
+    let turning = |k: usize| {
+        let (a, b) = (Dual2::from_re(t[k]).derivative(0), Dual2::from_re(t[k + 1]).derivative(1));
+        let [below, above] = gradient(&((b - a).recip() * (mass[k + 1] - mass[k])));
+        (below, above)
+    };
+    let (below, above): (Vec<f64>, Vec<f64>) = (0..slopes.len()).map(turning).unzip();
     let mut locals = LocalSpeeds::new(t, &slopes);
     // sensitivities to the places of all points
     let mut by_places: Each<Vec<f64>> = std::array::from_fn(|_| vec![0.0; t.len()]);
@@ -166,7 +168,7 @@ fn add_local(weights: &[Lanes], t: &[f64], rates: &[f64], mass: &[f64], result: 
         let local = locals.at(t[p], p);
         let places = local.range.start..local.range.end + 1;
         let by_place = &mut by_place[..places.len()];
-        spread(&local, turning.each_ref().map(|rates| &rates[local.range.clone()]), by_place);
+        spread(&local, [&below, &above].map(|rates| &rates[local.range.clone()]), by_place);
         let scaled = weights[p] * per_rate.re;
         for output in 0..OUTPUTS {
             add_scaled(&mut by_places[output][places.clone()], scaled[output], by_place);

@@ -1,8 +1,8 @@
 //! Curves over two axes.
 
+use super::axis::Axis;
 use super::canvas::{
-    Anchor, Axis, Canvas, Frame, LABEL_SIZE, Legend, Plot, Sample, TICK_SIZE, heading_height, left_margin, render,
-    text_width,
+    Anchor, Canvas, Frame, LABEL_SIZE, Legend, Plot, Sample, TICK_SIZE, heading_height, left_margin, render, text_width,
 };
 use super::{Color, FigureError, Stroke};
 

@@ -7,6 +7,7 @@
 //! Legends stand above the plot, so they never cover a curve. Numbers that are not finite, or not positive on a
 //! logarithmic axis, leave gaps.
 
+mod axis;
 mod canvas;
 mod convergence;
 mod line;

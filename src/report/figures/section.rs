@@ -1,6 +1,7 @@
 //! Sections with equal axes.
 
-use super::canvas::{Axis, Frame, Legend, Plot, Sample, heading_height, left_margin, nice_step, render};
+use super::axis::{Axis, nice_step};
+use super::canvas::{Frame, Legend, Plot, Sample, heading_height, left_margin, render};
 use super::{FigureError, Stroke};
 use plotters::style::BLACK;
 
