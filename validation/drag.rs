@@ -46,7 +46,7 @@ fn naca0012_drag() -> Result<f64, Failure> {
     let nodes: Vec<[f64; 2]> = panel_parameters(&section, 161).iter().map(|&u| section.curve().point_at(u)).collect();
     let trips = [Some(0.1), Some(0.1)];
     let condition = Condition { mach: 0.2, trips, ..Condition::new(Incidence::Alpha(0.0), 5e6) };
-    Ok(analyze(&nodes, section.trailing_edge(), &condition, &Settings::default(), None)?.cd)
+    Ok(analyze(&nodes, section.trailing_edge(), &condition, &Settings::default(), None)?.coefficients.cd)
 }
 
 pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {

@@ -77,21 +77,21 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
 }
 
 fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
-    let condition = solution.condition();
+    let condition = solution.condition;
     format!(
         "{}: alpha {:.2} deg, M {}, Re {:.3e}, CL {:.4}, CD {:.5}",
         arguments.point.name(),
         solution.alpha.to_degrees(),
         condition.mach,
         condition.reynolds,
-        solution.cl,
-        solution.cd
+        solution.coefficients.cl,
+        solution.coefficients.cd
     )
 }
 
 /// The result of a point; coefficients of a solution that does not hold are `null`.
 pub(super) fn as_json(solution: &Solution, seconds: f64) -> Value {
-    let condition = solution.condition();
+    let condition = solution.condition;
     let reliable = solution.is_reliable();
     let number = |value: f64| if reliable { json!(value) } else { Value::Null };
     json!({
@@ -103,14 +103,14 @@ pub(super) fn as_json(solution: &Solution, seconds: f64) -> Value {
         "alpha": solution.alpha.to_degrees(),
         "mach": condition.mach,
         "reynolds": condition.reynolds,
-        "cl": number(solution.cl),
-        "cd": number(solution.cd),
+        "cl": number(solution.coefficients.cl),
+        "cd": number(solution.coefficients.cd),
         "cd_pressure": number(solution.cd_pressure),
         "cd_friction": number(solution.cd_friction),
-        "cm": number(solution.cm),
-        "transition_upper": number(solution.transition[0]),
-        "transition_lower": number(solution.transition[1]),
-        "cp_min": number(solution.cp_min),
+        "cm": number(solution.coefficients.cm),
+        "transition_upper": number(solution.coefficients.transition[0]),
+        "transition_lower": number(solution.coefficients.transition[1]),
+        "cp_min": number(solution.coefficients.cp_min),
         "seconds": seconds,
     })
 }
@@ -126,7 +126,7 @@ fn gradients_json(solution: &Solution) -> Value {
 }
 
 fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> String {
-    let condition = solution.condition();
+    let condition = solution.condition;
     let mut text = format!(
         "{}, {} panels: {} (residual {:.1e}, {} iterations, {seconds:.3} s)\n",
         arguments.point.shape, arguments.point.panels, solution.status, solution.residual, solution.iterations
@@ -142,14 +142,14 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
         ("alpha (degrees)", solution.alpha.to_degrees()),
         ("Mach", condition.mach),
         ("Reynolds", condition.reynolds),
-        ("CL", solution.cl),
-        ("CD", solution.cd),
+        ("CL", solution.coefficients.cl),
+        ("CD", solution.coefficients.cd),
         ("CD pressure", solution.cd_pressure),
         ("CD friction", solution.cd_friction),
-        ("Cm (c/4)", solution.cm),
-        ("Cp minimum", solution.cp_min),
-        ("transition upper x/c", solution.transition[0]),
-        ("transition lower x/c", solution.transition[1]),
+        ("Cm (c/4)", solution.coefficients.cm),
+        ("Cp minimum", solution.coefficients.cp_min),
+        ("transition upper x/c", solution.coefficients.transition[0]),
+        ("transition lower x/c", solution.coefficients.transition[1]),
     ] {
         text.push_str(&format!("  {name:22} {value:>14.7}\n"));
     }

@@ -80,7 +80,10 @@ fn lattice_lines(problem: &DesignProblem, shape: &Shape) -> Vec<Vec<[f64; 2]>> {
 pub(super) fn pressure(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
     let distributions = solution.distributions();
     let line = |cp: &[f64]| nodes.iter().zip(cp).map(|(n, cp)| [n[0], *cp]).collect::<Vec<_>>();
-    let mark = |k: usize, name: &str| Annotation { x: solution.transition[k], label: format!("transition {name}") };
+    let mark = |k: usize, name: &str| Annotation {
+        x: solution.coefficients.transition[k],
+        label: format!("transition {name}"),
+    };
     line_figure(&LineFigure {
         title: title.to_string(),
         x_label: "x/c".into(),
@@ -170,12 +173,17 @@ pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str)
 
 /// Lift over drag coefficient.
 pub(super) fn drag_polar(points: &[&Solution], title: &str) -> Result<String, FigureError> {
-    sweep_figure(title, "CD", "CL", points.iter().map(|s| [s.cd, s.cl]).collect())
+    sweep_figure(title, "CD", "CL", points.iter().map(|s| [s.coefficients.cd, s.coefficients.cl]).collect())
 }
 
 /// Lift coefficient over the angle of attack.
 pub(super) fn lift_curve(points: &[&Solution], title: &str) -> Result<String, FigureError> {
-    sweep_figure(title, "alpha, degrees", "CL", points.iter().map(|s| [s.alpha.to_degrees(), s.cl]).collect())
+    sweep_figure(
+        title,
+        "alpha, degrees",
+        "CL",
+        points.iter().map(|s| [s.alpha.to_degrees(), s.coefficients.cl]).collect(),
+    )
 }
 
 fn sweep_figure(title: &str, x: &str, y: &str, points: Vec<[f64; 2]>) -> Result<String, FigureError> {

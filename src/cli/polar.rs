@@ -125,12 +125,12 @@ fn table(points: &[(Solution, f64)]) -> String {
         let number = |value: f64, digits: usize| if s.is_reliable() { format!("{value:.digits$}") } else { "-".into() };
         table.row([
             format!("{:.3}", s.alpha.to_degrees()),
-            number(s.cl, 5),
-            number(s.cd, 6),
+            number(s.coefficients.cl, 5),
+            number(s.coefficients.cd, 6),
             number(s.cd_pressure, 6),
-            number(s.cm, 5),
-            number(s.transition[0], 4),
-            number(s.transition[1], 4),
+            number(s.coefficients.cm, 5),
+            number(s.coefficients.transition[0], 4),
+            number(s.coefficients.transition[1], 4),
             s.iterations.to_string(),
             s.status.to_string(),
         ]);
@@ -144,7 +144,16 @@ fn csv(points: &[(Solution, f64)]) -> String {
     );
     for (s, seconds) in points {
         let number = |value: f64| if s.is_reliable() { value.to_string() } else { String::new() };
-        let values = [s.cl, s.cd, s.cd_pressure, s.cd_friction, s.cm, s.cp_min, s.transition[0], s.transition[1]];
+        let values = [
+            s.coefficients.cl,
+            s.coefficients.cd,
+            s.cd_pressure,
+            s.cd_friction,
+            s.coefficients.cm,
+            s.coefficients.cp_min,
+            s.coefficients.transition[0],
+            s.coefficients.transition[1],
+        ];
         let values: Vec<String> = values.into_iter().map(number).collect();
         text.push_str(&format!(
             "{},{},{},{:e},{seconds:.6},\"{}\"\n",

@@ -3,7 +3,7 @@
 use super::DesignError;
 use super::geometry::Shape;
 use crate::ffd::LinearMap;
-use crate::flow::{Condition, Gradients, Incidence, PanelledSection, Settings, Solution, panel_parameters};
+use crate::flow::{Condition, PanelledSection, Settings, Solution, panel_parameters};
 use crate::scalar::Scalar;
 use crate::section::Section;
 use num_dual::DualSVec64;
@@ -90,8 +90,8 @@ impl FlowOutput {
 }
 
 fn base_values(solution: &Solution) -> [f64; BASE] {
-    let [upper, lower] = solution.transition;
-    [solution.cl, solution.cd, solution.cm, solution.cp_min, upper, lower, solution.alpha]
+    let [cl, cd, cm, cp_min, upper, lower] = solution.coefficients.to_array();
+    [cl, cd, cm, cp_min, upper, lower, solution.alpha]
 }
 
 /// An output at one operating point, or its weighted mean over all of them.
@@ -331,20 +331,9 @@ impl FlowAnalysis {
 
 /// Derivatives of one solution with what its condition holds held: the angle of attack, or the lift.
 fn point_gradients(solution: &Solution) -> Option<PointGradients> {
-    let at_alpha: Gradients = solution.gradients()?;
-    let nodes = at_alpha.cl.nodes.len();
-    let still = || vec![[0.0; 2]; nodes];
-    let (held, alpha) = match solution.condition().incidence {
-        Incidence::Alpha(_) => (None, still()),
-        Incidence::Lift(_) => {
-            // the lift held: its change by the shape is undone by the angle
-            let rate = -1.0 / at_alpha.cl.alpha;
-            (Some(at_alpha.at_fixed_lift()), at_alpha.cl.nodes.iter().map(|d| d.map(|v| rate * v)).collect())
-        }
-    };
-    let held = held.unwrap_or(at_alpha);
-    let [upper, lower] = held.transition;
-    Some([held.cl.nodes, held.cd.nodes, held.cm.nodes, held.cp_min.nodes, upper.nodes, lower.nodes, alpha])
+    let held = solution.held_gradients()?;
+    let [cl, cd, cm, cp_min, upper, lower] = held.coefficients.map(|d| d.nodes).to_array();
+    Some([cl, cd, cm, cp_min, upper, lower, held.alpha.nodes])
 }
 
 /// `of` every item, in order, on as many threads as there are processors.

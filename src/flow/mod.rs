@@ -5,7 +5,7 @@
 //! incidence, Mach and Reynolds number. [`PanelledSection`] keeps the factorised panel equations for several points.
 //!
 //! ```
-//! use aeroform::flow::{Condition, Incidence, Settings, TrailingEdge, analyze};
+//! use aeroform::flow::{Coefficients, Condition, Incidence, Settings, TrailingEdge, analyze};
 //!
 //! // NACA 0012 with its blunt edge, 121 nodes from the trailing edge over the upper surface and back
 //! let nodes: Vec<[f64; 2]> = (0..121)
@@ -18,7 +18,8 @@
 //! let condition = Condition { trips: [Some(0.05); 2], ..Condition::new(Incidence::Alpha(4f64.to_radians()), 5e6) };
 //! let solution = analyze(&nodes, TrailingEdge::Blunt, &condition, &Settings::default(), None)?;
 //! assert!(solution.is_reliable());
-//! assert!((solution.cl - 0.457).abs() < 0.005 && (solution.cd - 0.0085).abs() < 1e-4);
+//! let Coefficients { cl, cd, .. } = solution.coefficients;
+//! assert!((cl - 0.457).abs() < 0.005 && (cd - 0.0085).abs() < 1e-4);
 //! let gradients = solution.gradients().ok_or("not converged")?;
 //! assert!((gradients.cl.alpha - 6.5).abs() < 0.2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -30,31 +31,29 @@
 // sums over several parallel arrays read better with their common index
 #![allow(clippy::needless_range_loop)]
 
-mod analysis;
-mod arclength;
-pub(crate) mod boundary_layer;
+mod coefficients;
 mod condition;
-mod continuation;
-pub(crate) mod coupled;
+mod duals;
 mod elementary;
 mod error;
-mod ladder;
-pub(crate) mod linear;
+mod layer;
+mod linear;
 mod memory;
-mod outputs;
-pub(crate) mod panel;
+mod panel;
 mod panelling;
-mod sensitivity;
+mod search;
 mod solution;
+mod solver;
 #[cfg(test)]
 pub(crate) mod testcases;
 #[cfg(test)]
 mod tests;
 
 pub use crate::section::TrailingEdge;
-pub use analysis::{InviscidSolution, PanelledSection, analyze};
+pub use coefficients::{Coefficients, Derivatives, Gradients};
 pub use condition::{Condition, Incidence, Settings};
 pub use error::FlowError;
+pub use panel::{InviscidSolution, PanelSolver, PanelledSection, analyze};
 pub use panelling::panel_parameters;
-pub use sensitivity::{Derivatives, Gradients};
-pub use solution::{Attempt, Distributions, Solution, StationFlow, Status};
+pub use solution::{Attempt, Distributions, HeldGradients, Solution, StationFlow, Status};
+pub use solver::{FlowSection, FlowSolver};

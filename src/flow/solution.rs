@@ -1,21 +1,15 @@
-//! A viscous solution: coefficients, distributions, status, derivatives.
+//! A flow about a section as every solver gives it: coefficients, distributions, status, derivatives.
 
-use super::boundary_layer::gas::Gas;
-use super::condition::Condition;
-use super::coupled::layout::Layout;
-use super::coupled::newton::Converged;
-use super::coupled::response::{FlowResponse, SectionResponse};
-use super::coupled::speeds::{node_strengths, value_at};
-use super::coupled::system::{Linearised, System};
-use super::coupled::unknowns::{Side, Unknowns};
-use super::outputs::{pressure_forces, squire_young};
-use super::panel::forces::KarmanTsien;
-use super::sensitivity::{Gradients, Solved, gradients};
+use super::coefficients::{Coefficients, Derivatives, Gradients};
+use super::condition::{Condition, Incidence};
 use serde::{Deserialize, Serialize};
+use std::any::Any;
+use std::borrow::Cow;
+use std::fmt::Debug;
 use std::sync::Arc;
 
 /// Whether a solution is to be trusted.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Status {
     /// The residual is below the tolerance and the flow within the model.
@@ -30,12 +24,27 @@ pub enum Status {
         /// Length of turbulent reversed flow on the worse side, over the length of the side.
         extent: f64,
     },
-    /// Supersonic flow somewhere at the edge: the Kármán-Tsien correction does not hold, shocks and their drag are
-    /// missing.
-    Supersonic {
-        /// Highest local Mach number.
-        mach: f64,
+    /// Converged, but outside what the outer flow of the solver describes.
+    OutsideModel {
+        /// What the flow is, in a word: for the panel solver "supersonic".
+        name: Cow<'static, str>,
+        /// How far it is outside: for the panel solver the highest local Mach number.
+        value: f64,
+        /// The reason in words, with the value.
+        reason: Cow<'static, str>,
     },
+}
+
+impl Status {
+    /// The status in a word or two, for counting.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Converged => "converged",
+            Self::NotConverged { .. } => "not converged",
+            Self::Separated { .. } => "separated",
+            Self::OutsideModel { name, .. } => name,
+        }
+    }
 }
 
 impl std::fmt::Display for Status {
@@ -46,17 +55,10 @@ impl std::fmt::Display for Status {
             Self::Separated { extent } => {
                 write!(f, "separated beyond the model (turbulent reversed flow over {:.0} % of a side)", 100.0 * extent)
             }
-            Self::Supersonic { mach } => {
-                write!(f, "supersonic (local Mach number {mach:.2}): shocks are beyond this solver")
-            }
+            Self::OutsideModel { name, reason, .. } => write!(f, "{name} {reason}"),
         }
     }
 }
-
-/// Turbulent Hk above which the flow at the wall runs backwards.
-const REVERSED: f64 = 3.5;
-/// Largest extent of turbulent reversed flow the model is trusted with, over the length of a side.
-const REVERSED_EXTENT: f64 = 0.5;
 
 /// One attempt of the solver, for the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,8 +72,8 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    pub(super) fn of(what: &str, end: &Converged) -> Self {
-        Self { what: what.into(), iterations: end.iterations, residual: end.residual }
+    pub(super) fn of(what: &str, iterations: usize, residual: f64) -> Self {
+        Self { what: what.into(), iterations, residual }
     }
 }
 
@@ -83,22 +85,16 @@ impl Attempt {
 pub struct Solution {
     /// Whether the numbers below are to be trusted.
     pub status: Status,
+    /// The condition that was asked for.
+    pub condition: Condition,
     /// Angle of attack in radians (found, where the lift was given).
     pub alpha: f64,
-    /// Lift coefficient, from the surface pressure.
-    pub cl: f64,
-    /// Drag coefficient, from the end of the wake (Squire & Young).
-    pub cd: f64,
+    /// Coefficients: lift and moment from the surface pressure, drag from the end of the wake (Squire & Young).
+    pub coefficients: Coefficients,
     /// Pressure drag: total less friction.
     pub cd_pressure: f64,
     /// Friction drag.
     pub cd_friction: f64,
-    /// Moment coefficient about the quarter chord, nose-up positive.
-    pub cm: f64,
-    /// Lowest pressure coefficient on the surface.
-    pub cp_min: f64,
-    /// Transition on the upper and the lower side, x in chords.
-    pub transition: [f64; 2],
     /// Stagnation point, x in chords.
     pub stagnation: f64,
     /// Largest residual of all equations.
@@ -107,31 +103,26 @@ pub struct Solution {
     pub iterations: usize,
     /// What was tried before, where the direct way failed.
     pub attempts: Vec<Attempt>,
-    pub(super) record: Arc<Record>,
+    /// What the solver remembers of the solution.
+    pub(super) record: Arc<dyn Record>,
 }
 
-/// What a solution was sought for.
-pub(super) struct OperatingPoint {
-    pub condition: Condition,
-    pub section: Arc<SectionResponse>,
-    pub nodes: Vec<[f64; 2]>,
-    pub flow: FlowResponse,
-    pub layout: Layout,
-    pub trips: [Option<f64>; 2],
+/// What a solver remembers of a solution, for derivatives, distributions and warm starts.
+pub(super) trait Record: Any + Debug + Send + Sync {
+    /// Exact derivatives of the coefficients at fixed angle of attack; `None` where the equations are singular.
+    fn gradients(&self) -> Option<Gradients>;
+
+    fn distributions(&self) -> Distributions;
 }
 
-/// What derivatives, distributions and warm starts need.
-#[derive(Debug)]
-pub(super) struct Record {
-    pub condition: Condition,
-    pub section: Arc<SectionResponse>,
-    pub flow: FlowResponse,
-    pub layout: Layout,
-    pub nodes: Vec<[f64; 2]>,
-    pub trips: [Option<f64>; 2],
-    pub unknowns: Unknowns,
-    pub linearised: Linearised,
-    pub strengths: Vec<f64>,
+/// Derivatives of what a solution reports, with that held which the condition holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeldGradients {
+    /// Derivatives of the coefficients.
+    pub coefficients: Gradients,
+    /// Derivatives of the angle of attack (radians): where the lift is held the angle follows; where the angle is held
+    /// all are zero but that by the angle itself.
+    pub alpha: Derivatives,
 }
 
 /// Flow at one station of the boundary layer or the wake.
@@ -176,195 +167,42 @@ pub struct Distributions {
     pub wake: Vec<StationFlow>,
 }
 
-impl Record {
-    fn gas(&self) -> Gas<f64> {
-        Gas::new(self.condition.mach, self.condition.reynolds)
-    }
-
-    fn system(&self) -> System<'_> {
-        System {
-            section: &self.section,
-            flow: &self.flow,
-            layout: &self.layout,
-            gas: self.gas(),
-            n_critical: self.condition.n_critical,
-            trips: self.trips,
-        }
-    }
-
-    fn coordinate(&self, c: usize) -> Vec<f64> {
-        let values: Vec<f64> = self.nodes.iter().map(|p| p[c]).collect();
-        self.section.map.spline.coefficients(&values)
-    }
-}
-
 impl Solution {
-    pub(super) fn new(point: OperatingPoint, end: Converged, attempts: Vec<Attempt>) -> Self {
-        let OperatingPoint { condition, section, nodes, flow, layout, trips } = point;
-        let Converged { unknowns, linearised, residual, iterations, converged } = end;
-        let wake = &linearised.mass[linearised.numbering.wake_start()..];
-        let node_mass: Vec<f64> = linearised.speeds.node_mass.iter().map(|m| m.re).collect();
-        let strengths = node_strengths(&section, &flow, &node_mass, wake);
-        let forces = pressure_forces(&section, &strengths, flow.alpha, condition.mach);
-        let last = linearised.derived.len() - 1;
-        let end = &linearised.derived[last];
-        let cd = squire_young(end.state.log_theta, end.shape, end.log_speed).re;
-        let alpha = flow.alpha;
-        let record =
-            Record { condition, section, flow, layout, nodes: nodes.to_vec(), trips, unknowns, linearised, strengths };
-        let cd_friction = record.friction_drag();
-        let x = record.coordinate(0);
-        let x_at = |t: f64| value_at(&record.section, &x, t);
-        let numbering = record.linearised.numbering;
-        let index = &record.linearised.positions.index;
-        let transition = Side::BOTH.map(|side| x_at(index[numbering.point(side, numbering.laminar - 1)].re));
-        let status = if converged { record.status() } else { Status::NotConverged { residual } };
-        Self {
-            status,
-            alpha,
-            cl: forces.lift,
-            cd,
-            cd_pressure: cd - cd_friction,
-            cd_friction,
-            cm: forces.moment,
-            cp_min: forces.lowest_pressure,
-            transition,
-            stagnation: x_at(index[numbering.side].re),
-            residual,
-            iterations,
-            attempts,
-            record: Arc::new(record),
-        }
-    }
-
     /// Whether the status is [`Status::Converged`].
     pub fn is_reliable(&self) -> bool {
         self.status == Status::Converged
     }
 
-    /// The condition that was asked for.
-    pub fn condition(&self) -> &Condition {
-        &self.record.condition
-    }
-
     /// Exact derivatives of the coefficients at fixed angle of attack, wake and stagnation point moving.
     ///
-    /// `None` where the solution is not converged, so that it has no derivatives. For a point at fixed lift see
-    /// [`Gradients::at_fixed_lift`].
+    /// `None` where the solution is not converged, so that it has no derivatives. See
+    /// [`held_gradients`](Self::held_gradients) for a point at fixed lift.
     pub fn gradients(&self) -> Option<Gradients> {
-        if matches!(self.status, Status::NotConverged { .. }) {
-            return None;
+        match self.status {
+            Status::NotConverged { .. } => None,
+            _ => self.record.gradients(),
         }
-        let record = &*self.record;
-        gradients(&Solved {
-            system: record.system(),
-            unknowns: &record.unknowns,
-            at: &record.linearised,
-            strengths: &record.strengths,
-            mach: record.condition.mach,
-            reynolds: record.condition.reynolds,
-            nodes: &record.nodes,
+    }
+
+    /// Exact derivatives with that held which the condition holds: the angle of attack, or the lift.
+    ///
+    /// `None` where the solution is not converged.
+    pub fn held_gradients(&self) -> Option<HeldGradients> {
+        let at_alpha = self.gradients()?;
+        Some(match self.condition.incidence {
+            Incidence::Alpha(_) => {
+                let still = vec![[0.0; 2]; at_alpha.cl.nodes.len()];
+                let alpha = Derivatives { nodes: still, alpha: 1.0, mach: 0.0, reynolds: 0.0 };
+                HeldGradients { coefficients: at_alpha, alpha }
+            }
+            Incidence::Lift(_) => {
+                HeldGradients { coefficients: at_alpha.at_fixed_lift(), alpha: at_alpha.alpha_at_fixed_lift() }
+            }
         })
     }
 
     /// Distributions along the surface and the wake, for plots and constraints.
     pub fn distributions(&self) -> Distributions {
-        let record = &*self.record;
-        let correction = KarmanTsien::new(record.condition.mach);
-        let pressure = |speeds: &[f64]| speeds.iter().map(|&q| correction.pressure(q)).collect();
-        let side = |side| record.side_flow(side, &correction);
-        Distributions {
-            cp: pressure(&record.strengths),
-            cp_inviscid: pressure(&record.flow.inviscid),
-            upper: side(Side::Upper),
-            lower: side(Side::Lower),
-            wake: record.wake_flow(&correction),
-        }
-    }
-}
-
-impl Record {
-    fn station(&self, k: usize, correction: &KarmanTsien<f64>, s: f64, at: [f64; 2]) -> StationFlow {
-        use super::boundary_layer::station::Regime;
-        let d = self.linearised.derived[k].map(|v| v.re);
-        let laminar = self.linearised.numbering.regime(k) == Regime::Laminar;
-        StationFlow {
-            s,
-            x: at[0],
-            y: at[1],
-            edge_velocity: d.log_speed.exp(),
-            cp: correction.pressure(d.state.log_speed.exp()),
-            momentum_thickness: d.theta,
-            displacement_thickness: d.displacement,
-            shape_parameter: d.hk,
-            skin_friction: d.friction,
-            amplification: if laminar { d.state.third } else { 0.0 },
-            shear_stress: if laminar { 0.0 } else { d.stress * d.stress },
-        }
-    }
-
-    fn side_flow(&self, side: Side, correction: &KarmanTsien<f64>) -> Vec<StationFlow> {
-        let numbering = self.linearised.numbering;
-        let positions = &self.linearised.positions;
-        let (x, y) = (self.coordinate(0), self.coordinate(1));
-        (0..numbering.side)
-            .map(|j| {
-                let t = positions.index[numbering.point(side, j)].re;
-                let at = [value_at(&self.section, &x, t), value_at(&self.section, &y, t)];
-                let s = positions.abscissas[side.index()][j].re;
-                self.station(numbering.station(side, j), correction, s, at)
-            })
-            .collect()
-    }
-
-    fn wake_flow(&self, correction: &KarmanTsien<f64>) -> Vec<StationFlow> {
-        let first = self.linearised.numbering.wake_start();
-        let distances = &self.section.wake_distances;
-        let nodes = self.flow.wake_nodes.iter().enumerate();
-        nodes.map(|(j, at)| self.station(first + j, correction, distances[j], *at)).collect()
-    }
-
-    /// Wall shear stress along the onset flow, by the trapezoidal rule over the stations.
-    fn friction_drag(&self) -> f64 {
-        let (sin, cos) = self.flow.alpha.sin_cos();
-        let gas = self.gas();
-        let correction = KarmanTsien::new(self.condition.mach);
-        let origin = self.linearised.positions.index[self.linearised.numbering.side].re;
-        let along = |x: f64, y: f64| x * cos + y * sin;
-        let (cx, cy) = (self.coordinate(0), self.coordinate(1));
-        let start = along(value_at(&self.section, &cx, origin), value_at(&self.section, &cy, origin));
-        let mut drag = 0.0;
-        for side in Side::BOTH {
-            let (mut before, mut stress_before) = (start, 0.0);
-            for station in self.side_flow(side, &correction) {
-                // the edge state again, for its density: from the incompressible speed of the pressure
-                let edge = gas.edge(correction.incompressible_speed(station.cp));
-                let stress = station.skin_friction * edge.density * edge.speed * edge.speed;
-                let here = along(station.x, station.y);
-                drag += 0.5 * (stress + stress_before) * (here - before);
-                (before, stress_before) = (here, stress);
-            }
-        }
-        drag
-    }
-
-    /// Whether a converged flow is within the model.
-    fn status(&self) -> Status {
-        let derived = &self.linearised.derived;
-        let mach2 = derived.iter().map(|d| d.mach2.re).fold(0.0, f64::max);
-        if mach2 > 1.0 {
-            return Status::Supersonic { mach: mach2.sqrt() };
-        }
-        let extent = Side::BOTH.map(|side| self.reversed(side)).into_iter().fold(0.0, f64::max);
-        if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged }
-    }
-
-    /// Length of turbulent reversed flow over the length of the side.
-    fn reversed(&self, side: Side) -> f64 {
-        let numbering = self.linearised.numbering;
-        let x = &self.linearised.positions.abscissas[side.index()];
-        let shape = |j: usize| self.linearised.derived[numbering.station(side, j)].hk.re;
-        let reversed = (numbering.laminar + 1..numbering.side).filter(|&j| shape(j) > REVERSED);
-        reversed.map(|j| x[j].re - x[j - 1].re).sum::<f64>() / x[numbering.side - 1].re
+        self.record.distributions()
     }
 }

@@ -34,19 +34,19 @@ fn agrees_with_xfoil() {
         let condition = Condition { mach, trips: [trip; 2], ..at(degrees) };
         let s = section.analyze(&condition, &Settings::default(), None).unwrap();
         assert_eq!(s.status, Status::Converged, "{degrees} {mach} {trip:?}");
-        assert!((s.cl - cl).abs() <= 0.005 + 0.007 * cl, "cl {} for {cl}", s.cl);
-        assert!((s.cd / cd - 1.0).abs() < 0.02, "cd {} for {cd}", s.cd);
-        assert!((s.cm - cm).abs() < 0.001, "cm {} for {cm}", s.cm);
-        for (own, theirs) in s.transition.iter().zip([upper, lower]) {
+        assert!((s.coefficients.cl - cl).abs() <= 0.005 + 0.007 * cl, "cl {} for {cl}", s.coefficients.cl);
+        assert!((s.coefficients.cd / cd - 1.0).abs() < 0.02, "cd {} for {cd}", s.coefficients.cd);
+        assert!((s.coefficients.cm - cm).abs() < 0.001, "cm {} for {cm}", s.coefficients.cm);
+        for (own, theirs) in s.coefficients.transition.iter().zip([upper, lower]) {
             assert!((own - theirs).abs() < 0.005, "transition {own} for {theirs}");
         }
-        assert!((s.cd_friction + s.cd_pressure - s.cd).abs() < 1e-15);
+        assert!((s.cd_friction + s.cd_pressure - s.coefficients.cd).abs() < 1e-15);
     }
 }
 
 /// All that has derivatives.
 fn coefficients(s: &Solution) -> [f64; 6] {
-    [s.cl, s.cd, s.cm, s.cp_min, s.transition[0], s.transition[1]]
+    s.coefficients.to_array()
 }
 
 /// Compares the adjoint with extrapolated differences along one path of inputs, for all coefficients.
@@ -138,7 +138,7 @@ fn lift_is_continuous_as_the_edge_closes() {
             let condition = Condition { mach: 0.2, trips: [trip; 2], ..at(4.0) };
             let s = analyze(&naca_symmetric(0.12, gap, n), kind, &condition, &Settings::default(), None).unwrap();
             assert!(s.is_reliable(), "{gap} {trip:?}: {}", s.status);
-            s.cl
+            s.coefficients.cl
         };
         // the lift falls with the gap; below a thousandth it goes on as from there
         let (wide, thin) = (lift(2.5e-3), lift(1e-3));
@@ -163,8 +163,8 @@ fn a_sharp_edge_agrees_with_an_euler_solver() {
     for (trip, cl, cm) in [(None, 0.43528, 0.00458), (Some(0.05), 0.45310, 0.00145)] {
         let condition = Condition { mach: 0.2, trips: [trip; 2], ..at(4.0) };
         let s = section_of("naca0012:sharp").analyze(&condition, &Settings::default(), None).unwrap();
-        assert!((s.cl / cl - 1.0).abs() < 0.015, "{trip:?}: {} for {cl}", s.cl);
-        assert!((s.cm - cm).abs() < 5e-4, "{trip:?}: {} for {cm}", s.cm);
+        assert!((s.coefficients.cl / cl - 1.0).abs() < 0.015, "{trip:?}: {} for {cl}", s.coefficients.cl);
+        assert!((s.coefficients.cm - cm).abs() < 5e-4, "{trip:?}: {} for {cm}", s.coefficients.cm);
     }
 }
 
@@ -178,10 +178,15 @@ fn a_side_that_is_laminar_up_to_the_edge_agrees_with_xfoil() {
     ];
     for (name, degrees, [cl, cd, cm]) in rows {
         let s = section_of(name).analyze(&at(degrees), &Settings::default(), None).unwrap();
-        assert!(s.is_reliable() && s.transition[1] > 0.98, "{name} {degrees}: {} {:?}", s.status, s.transition);
-        assert!((s.cl / cl - 1.0).abs() < 0.004, "{name} {degrees}: cl {} for {cl}", s.cl);
-        assert!((s.cd / cd - 1.0).abs() < 0.015, "{name} {degrees}: cd {} for {cd}", s.cd);
-        assert!((s.cm - cm).abs() < 6e-4, "{name} {degrees}: cm {} for {cm}", s.cm);
+        assert!(
+            s.is_reliable() && s.coefficients.transition[1] > 0.98,
+            "{name} {degrees}: {} {:?}",
+            s.status,
+            s.coefficients.transition
+        );
+        assert!((s.coefficients.cl / cl - 1.0).abs() < 0.004, "{name} {degrees}: cl {} for {cl}", s.coefficients.cl);
+        assert!((s.coefficients.cd / cd - 1.0).abs() < 0.015, "{name} {degrees}: cd {} for {cd}", s.coefficients.cd);
+        assert!((s.coefficients.cm - cm).abs() < 6e-4, "{name} {degrees}: cm {} for {cm}", s.coefficients.cm);
     }
 }
 
@@ -190,12 +195,12 @@ fn fixed_lift_finds_its_incidence() {
     let section = PanelledSection::new(&blunt(), TrailingEdge::Blunt).unwrap();
     let condition = Condition { incidence: Incidence::Lift(0.4), ..at(0.0) };
     let s = section.analyze(&condition, &TIGHT, None).unwrap();
-    assert!(s.is_reliable() && (s.cl - 0.4).abs() < 1e-9, "{} {:?}", s.cl, s.status);
+    assert!(s.is_reliable() && (s.coefficients.cl - 0.4).abs() < 1e-9, "{} {:?}", s.coefficients.cl, s.status);
     let held = s.gradients().unwrap().at_fixed_lift();
     assert!(held.cl.nodes.iter().flatten().all(|g| g.abs() < 1e-9));
     // drag at fixed lift against a second solution at another Reynolds number
     let h = 1e3;
-    let at = |x: f64| section.analyze(&Condition { reynolds: 5e6 + x, ..condition }, &TIGHT, Some(&s)).unwrap().cd;
+    let at = |x: f64| section.analyze(&Condition { reynolds: 5e6 + x, ..condition }, &TIGHT, Some(&s)).unwrap().coefficients.cd;
     let difference = (at(h) - at(-h)) / (2.0 * h);
     assert!((difference / held.cd.reynolds - 1.0).abs() < 1e-4, "{difference} {}", held.cd.reynolds);
 }
@@ -246,7 +251,7 @@ fn tripped_drag_is_a_smooth_function_of_the_shape() {
             let moved = |(k, p): (usize, &[f64; 2])| if k < 80 { [p[0], p[1] + height * bump(p)] } else { *p };
             let nodes: Vec<[f64; 2]> = base.iter().enumerate().map(moved).collect();
             let s = analyze(&nodes, TrailingEdge::Blunt, &condition, &TIGHT, last.as_ref()).unwrap();
-            let cd = s.cd;
+            let cd = s.coefficients.cd;
             last = Some(s);
             cd
         })
@@ -274,7 +279,7 @@ fn distributions_belong_together() {
     let s = analyze(&blunt(), TrailingEdge::Blunt, &at(2.0), &Settings::default(), None).unwrap();
     let d = s.distributions();
     assert_eq!((d.cp.len(), d.cp_inviscid.len()), (161, 161));
-    assert!(d.cp.iter().all(|&cp| cp >= s.cp_min - 1e-12));
+    assert!(d.cp.iter().all(|&cp| cp >= s.coefficients.cp_min - 1e-12));
     for side in [&d.upper, &d.lower] {
         assert!(side.windows(2).all(|w| w[0].s < w[1].s && w[0].momentum_thickness > 0.0));
         let last = side[side.len() - 1];

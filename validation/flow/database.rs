@@ -143,18 +143,18 @@ impl Database {
             Status::Converged => "converged",
             Status::NotConverged { .. } => "not-converged",
             Status::Separated { .. } => "separated",
-            Status::Supersonic { .. } => "supersonic",
+            Status::OutsideModel { .. } => "supersonic",
         };
         let detail = s.attempts.iter().map(|a| format!("{}: {} ({:.1e})", a.what, a.iterations, a.residual));
         Point {
             status,
             detail: detail.collect::<Vec<_>>().join("; "),
             coefficients: (s.is_reliable() || status == "separated").then_some([
-                s.cl,
-                s.cd,
-                s.cm,
-                s.transition[0],
-                s.transition[1],
+                s.coefficients.cl,
+                s.coefficients.cd,
+                s.coefficients.cm,
+                s.coefficients.transition[0],
+                s.coefficients.transition[1],
             ]),
             residual: s.residual,
             iterations: s.iterations,

@@ -37,12 +37,16 @@ pub fn sheets() -> Result<Vec<Sheet>, Failure> {
         if s.is_reliable() {
             let near_zero = lift.abs() < 0.1;
             cells.extend([
-                format!("{:.4}", s.cl),
+                format!("{:.4}", s.coefficients.cl),
                 format!("{lift:.4}"),
-                if near_zero { format!("{:+.4}", s.cl - lift) } else { difference(s.cl, *lift) },
-                format!("{:.5}", s.cd),
+                if near_zero {
+                    format!("{:+.4}", s.coefficients.cl - lift)
+                } else {
+                    difference(s.coefficients.cl, *lift)
+                },
+                format!("{:.5}", s.coefficients.cd),
                 format!("{drag:.5}"),
-                difference(s.cd, *drag),
+                difference(s.coefficients.cd, *drag),
             ]);
         } else {
             cells.extend(std::iter::repeat_n(String::new(), 6).chain([s.status.to_string()]));

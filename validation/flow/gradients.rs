@@ -7,7 +7,8 @@ use crate::sheet::Sheet;
 use aeroform::differentiate::{Estimate, StepRange, finite_difference_jacobian};
 use aeroform::ffd::{Embedding, FfdBox, Placement};
 use aeroform::flow::{
-    Condition, Derivatives, Gradients, Incidence, PanelledSection, Settings, Solution, TrailingEdge, panel_parameters,
+    Coefficients, Condition, Derivatives, Gradients, Incidence, PanelledSection, Settings, Solution, TrailingEdge,
+    panel_parameters,
 };
 use aeroform::report::{Align, Table};
 use aeroform::section::{Section, SectionDefinition};
@@ -189,7 +190,7 @@ impl Sample {
         if !solution.is_reliable() {
             return Err(format!("a step away: {}", solution.status));
         }
-        Ok(vec![solution.cl, solution.cd, solution.cm])
+        Ok(vec![solution.coefficients.cl, solution.coefficients.cd, solution.coefficients.cm])
     }
 
     fn compare(&self, base: &Solution, gradients: &Gradients, nodes: &[[f64; 2]], line: &Line, bar: f64) -> Vec<Row> {
@@ -202,7 +203,8 @@ impl Sample {
         };
         let exact: [f64; 3] = [along(&gradients.cl), along(&gradients.cd), along(&gradients.cm)];
         // derivatives that happen to vanish are judged by the parts that cancel, or by a usual change of the variable
-        let sizes = [base.cl.abs().max(0.1), base.cd, base.cm.abs().max(0.01)];
+        let Coefficients { cl, cd, cm, .. } = base.coefficients;
+        let sizes = [cl.abs().max(0.1), cd, cm.abs().max(0.01)];
         let parts = [&gradients.cl, &gradients.cd, &gradients.cm];
         let floor: [f64; 3] = std::array::from_fn(|k| match direction {
             Direction::Nodes(v) => {

@@ -87,16 +87,20 @@ fn mses(quick: bool) -> Result<Sheet, Failure> {
         let reliable = s.is_reliable();
         figures.row([
             p.name.clone(),
-            format!("{:.5}", s.cl),
-            if fine.is_reliable() { format!("{:.5}", fine.cl) } else { "-".into() },
+            format!("{:.5}", s.coefficients.cl),
+            if fine.is_reliable() { format!("{:.5}", fine.coefficients.cl) } else { "-".into() },
             format!("{:.5}", p.lift),
-            if p.lift == 0.0 { format!("{:+.5}", s.cl) } else { format!("{:+.2} %", 100.0 * (s.cl / p.lift - 1.0)) },
-            format!("{:.6}", s.cd),
+            if p.lift == 0.0 {
+                format!("{:+.5}", s.coefficients.cl)
+            } else {
+                format!("{:+.2} %", 100.0 * (s.coefficients.cl / p.lift - 1.0))
+            },
+            format!("{:.6}", s.coefficients.cd),
             format!("{:.6}", p.drag),
-            format!("{:+.2} %", 100.0 * (s.cd / p.drag - 1.0)),
-            difference(p.moment, s.cm),
-            difference(p.transition[0], s.transition[0]),
-            difference(p.transition[1], s.transition[1]),
+            format!("{:+.2} %", 100.0 * (s.coefficients.cd / p.drag - 1.0)),
+            difference(p.moment, s.coefficients.cm),
+            difference(p.transition[0], s.coefficients.transition[0]),
+            difference(p.transition[1], s.coefficients.transition[1]),
             match (reliable, fine.is_reliable()) {
                 (true, true) => String::new(),
                 (false, _) => s.status.to_string(),
@@ -105,7 +109,7 @@ fn mses(quick: bool) -> Result<Sheet, Failure> {
         ]);
         if p.sharp {
             let tolerance = if p.lift == 0.0 { 0.005 } else { LIFT * p.lift.abs() };
-            let ours = if reliable { s.cl } else { f64::NAN };
+            let ours = if reliable { s.coefficients.cl } else { f64::NAN };
             if p.section.starts_with("kulfan") {
                 // here MSES and XFOIL differ by more than the bar, and we follow XFOIL: see the sheet of closing gaps
                 sheet.open(&format!("CL, {}: difference", p.name), tolerance, (ours - p.lift).abs());
@@ -165,12 +169,12 @@ fn closing_gap(quick: bool) -> Result<Sheet, Failure> {
                 panels.analyze(&condition, &Settings::default(), None).map_err(|e| e.to_string())
             };
             let solutions = in_parallel(cores(), &GAPS, solve).into_iter().collect::<Result<Vec<_>, String>>()?;
-            let lifts: Vec<(f64, f64)> = GAPS.into_iter().zip(solutions.iter().map(|s| s.cl)).collect();
+            let lifts: Vec<(f64, f64)> = GAPS.into_iter().zip(solutions.iter().map(|s| s.coefficients.cl)).collect();
             let wide: Vec<(f64, f64)> = lifts.iter().copied().filter(|l| TREND.contains(&l.0)).collect();
             let (origin, slope) = intercept_and_slope(&wide);
             let (mut worst, mut lost) = (0.0f64, 0);
             for (gap, s) in GAPS.into_iter().zip(&solutions) {
-                let beyond = s.cl / (origin + slope * gap) - 1.0;
+                let beyond = s.coefficients.cl / (origin + slope * gap) - 1.0;
                 if s.is_reliable() {
                     worst = worst.max(beyond.abs());
                 } else {
@@ -179,10 +183,10 @@ fn closing_gap(quick: bool) -> Result<Sheet, Failure> {
                 figures.row([
                     format!("{name}, {kind}"),
                     format!("{gap:.1e}"),
-                    format!("{:.5}", s.cl),
+                    format!("{:.5}", s.coefficients.cl),
                     format!("{:+.2} %", 100.0 * beyond),
-                    format!("{:.6}", s.cd),
-                    format!("{:.5}", s.cm),
+                    format!("{:.6}", s.coefficients.cd),
+                    format!("{:.5}", s.coefficients.cm),
                     if s.is_reliable() { String::new() } else { s.status.to_string() },
                 ]);
             }
@@ -222,8 +226,8 @@ fn closing_gap_of_xfoil() -> Result<Sheet, Failure> {
         let [gap, lift, drag] = [row.required("gap")?, row.required("CL")?, row.required("CD")?];
         let s = solve(&format!("{section}/gap={gap}"))?;
         let failed = if s.is_reliable() { 0.0 } else { f64::INFINITY };
-        worst[0] = worst[0].max(failed).max((s.cl - lift).abs() / lift_bar(lift));
-        worst[1] = worst[1].max(failed).max((s.cd / drag - 1.0).abs() / XFOIL_DRAG);
+        worst[0] = worst[0].max(failed).max((s.coefficients.cl - lift).abs() / lift_bar(lift));
+        worst[1] = worst[1].max(failed).max((s.coefficients.cd / drag - 1.0).abs() / XFOIL_DRAG);
         figures.row(gap_cells(&section, gap, &s, Some([lift, drag, row.required("CM")?])));
         let narrow = narrowest.entry(section).or_insert((gap, lift));
         if gap < narrow.0 {
@@ -235,7 +239,7 @@ fn closing_gap_of_xfoil() -> Result<Sheet, Failure> {
     for (section, (gap, lift)) in narrowest {
         let s = solve(&section)?;
         figures.row(gap_cells(&section, 0.0, &s, None));
-        let ours = if s.is_reliable() { s.cl } else { f64::NAN };
+        let ours = if s.is_reliable() { s.coefficients.cl } else { f64::NAN };
         sheet.value(&format!("CL, {}, closed: XFOIL at gap {gap}", short(&section)), lift, ours, lift_bar(lift));
     }
     sheet.set_figures(figures);
@@ -256,12 +260,12 @@ fn gap_cells(section: &str, gap: f64, s: &Solution, xfoil: Option<[f64; 3]>) -> 
     [
         short(section),
         format!("{gap:.1e}"),
-        format!("{:.5}", s.cl),
+        format!("{:.5}", s.coefficients.cl),
         or_dash(xfoil.map(|x| format!("{:.4}", x[0]))),
-        or_dash(xfoil.map(|x| format!("{:+.4}", s.cl - x[0]))),
-        format!("{:.6}", s.cd),
+        or_dash(xfoil.map(|x| format!("{:+.4}", s.coefficients.cl - x[0]))),
+        format!("{:.6}", s.coefficients.cd),
         or_dash(xfoil.map(|x| format!("{:.5}", x[1]))),
-        or_dash(xfoil.map(|x| format!("{:+.2} %", 100.0 * (s.cd / x[1] - 1.0)))),
-        or_dash(xfoil.map(|x| format!("{:+.4}", s.cm - x[2]))),
+        or_dash(xfoil.map(|x| format!("{:+.2} %", 100.0 * (s.coefficients.cd / x[1] - 1.0)))),
+        or_dash(xfoil.map(|x| format!("{:+.4}", s.coefficients.cm - x[2]))),
     ]
 }

@@ -163,7 +163,8 @@ impl Scan {
         let Some(gradients) = middle.gradients().filter(|_| middle.is_reliable()) else { return Ok(None) };
         let exact = gradients.cd.nodes.iter().zip(&direction).map(|(g, d)| g[1] * d).sum();
         let mut cold = 0.0f64;
-        let record = |x: f64, s: &Solution| [x, s.cd, s.transition[0], s.transition[1]];
+        let record =
+            |x: f64, s: &Solution| [x, s.coefficients.cd, s.coefficients.transition[0], s.coefficients.transition[1]];
         let (mut points, mut lost) = (vec![record(0.0, &middle)], 0);
         for sign in [-1.0, 1.0] {
             let mut last = middle.clone();
@@ -180,7 +181,7 @@ impl Scan {
                     let fresh = at(REACH * x, None).map_err(|e| e.to_string())?;
                     // one of the two ways may not converge: that is counted elsewhere
                     if let (true, Some(end)) = (fresh.is_reliable(), points.iter().find(|p| p[0] == x)) {
-                        cold = cold.max((fresh.cd - end[1]).abs());
+                        cold = cold.max((fresh.coefficients.cd - end[1]).abs());
                     }
                 }
             }
@@ -189,7 +190,7 @@ impl Scan {
         let (rms, slope) = polynomial(&points, DEGREE);
         let (high_rms, high_slope) = polynomial(&points, HIGH_DEGREE);
         let (slope, high_slope) = (slope / REACH, high_slope / REACH);
-        Ok(Some(Found { points, lost, rms, high_rms, drag: middle.cd, slope, high_slope, exact, cold }))
+        Ok(Some(Found { points, lost, rms, high_rms, drag: middle.coefficients.cd, slope, high_slope, exact, cold }))
     }
 
     fn describe(&self) -> String {

@@ -72,11 +72,11 @@ struct Tally {
 }
 
 fn compare(point: &Point, s: &Solution) -> Compared {
-    let lift = s.cl - point.lift;
-    let drag = s.cd / point.drag - 1.0;
-    let moment = point.moment.map(|m| s.cm - m);
+    let lift = s.coefficients.cl - point.lift;
+    let drag = s.coefficients.cd / point.drag - 1.0;
+    let moment = point.moment.map(|m| s.coefficients.cm - m);
     let bubble = bubbles(s);
-    let transition = [0, 1].map(|k| point.transition[k].map(|x| s.transition[k] - x));
+    let transition = [0, 1].map(|k| point.transition[k].map(|x| s.coefficients.transition[k] - x));
     let mut beyond = Vec::new();
     // written so that NaN is beyond
     if !(lift.abs() <= 0.005 + 0.007 * point.lift.abs()) {
@@ -146,17 +146,17 @@ fn against_xfoil(points: &[Point], solutions: &[Solution]) -> Sheet {
         let bubble = [(c.bubble[0], "u"), (c.bubble[1], "l")].iter().filter(|b| b.0).map(|b| b.1).collect::<String>();
         figures.row([
             point.name.clone(),
-            format!("{:.5}", s.cl),
+            format!("{:.5}", s.coefficients.cl),
             format!("{:.5}", point.lift),
             format!("{:+.5}", c.lift),
-            format!("{:.6}", s.cd),
+            format!("{:.6}", s.coefficients.cd),
             format!("{:.6}", point.drag),
             format!("{:+.2} %", 100.0 * c.drag),
-            format!("{:.5}", s.cm),
+            format!("{:.5}", s.coefficients.cm),
             optional(c.moment, 5),
-            format!("{:.4}", s.transition[0]),
+            format!("{:.4}", s.coefficients.transition[0]),
             optional(c.transition[0], 4),
-            format!("{:.4}", s.transition[1]),
+            format!("{:.4}", s.coefficients.transition[1]),
             optional(c.transition[1], 4),
             bubble,
             c.beyond.join(", "),
@@ -195,27 +195,27 @@ fn resolution(points: &[Point], solutions: &[Solution], fine: &[Solution]) -> Sh
     for ((point, s), fine) in points.iter().zip(solutions).zip(fine) {
         if !s.is_reliable() || !fine.is_reliable() {
             let which = if s.is_reliable() { "fine" } else { "usual" };
-            let status = if s.is_reliable() { fine.status } else { s.status };
+            let status = if s.is_reliable() { &fine.status } else { &s.status };
             let cells = std::iter::repeat_n(String::new(), 8).chain([format!("{which}: {status}")]);
             figures.row(std::iter::once(point.name.clone()).chain(cells));
             continue;
         }
         compared += 1;
-        let drag = s.cd / fine.cd - 1.0;
+        let drag = s.coefficients.cd / fine.coefficients.cd - 1.0;
         within += usize::from(drag.abs() <= 0.005);
         if drag.abs() > worst.0 {
             worst = (drag.abs(), point.name.clone());
         }
         figures.row([
             point.name.clone(),
-            format!("{:.5}", fine.cl),
-            format!("{:+.5}", s.cl - fine.cl),
-            format!("{:.6}", fine.cd),
+            format!("{:.5}", fine.coefficients.cl),
+            format!("{:+.5}", s.coefficients.cl - fine.coefficients.cl),
+            format!("{:.6}", fine.coefficients.cd),
             format!("{:+.3} %", 100.0 * drag),
-            format!("{:.5}", fine.cm),
-            format!("{:+.5}", s.cm - fine.cm),
-            format!("{:+.4}", s.transition[0] - fine.transition[0]),
-            format!("{:+.4}", s.transition[1] - fine.transition[1]),
+            format!("{:.5}", fine.coefficients.cm),
+            format!("{:+.5}", s.coefficients.cm - fine.coefficients.cm),
+            format!("{:+.4}", s.coefficients.transition[0] - fine.coefficients.transition[0]),
+            format!("{:+.4}", s.coefficients.transition[1] - fine.coefficients.transition[1]),
             if drag.abs() <= 0.005 { String::new() } else { "CD".into() },
         ]);
     }

@@ -1,15 +1,32 @@
-//! Inviscid flow by panels: linear vortices in stream-function form, sources, wake, pressure forces.
+//! The panel solver: linear vortex panels in stream-function form with the Kármán-Tsien correction, coupled with the
+//! boundary layer.
 //!
-//! Kernels are generic over [`Scalar`](crate::scalar::Scalar); the system is factorised once in `f64`.
+//! [`kernel`], [`polar`], [`outline`], [`inviscid`], [`edge`] and [`wake`] make up the flow without a layer,
+//! [`compressibility`] corrects it, [`coupling`] couples it with the layer, [`section`] leads from an operating point to a
+//! solution, of which [`record`] remembers what is needed; [`outputs`] reads the coefficients off it and [`adjoint`]
+//! differentiates them.
+//!
+//! Kernels are generic over [`Scalar`](crate::scalar::Scalar); systems are factorised in `f64`.
 //! Sources: Drela, XFOIL, LNAE 54 (1989), section 2; Katz & Plotkin, "Low-Speed Aerodynamics", chapter 10.
+//!
+//! Depends on the [`layer`](super::layer) and the [`search`](super::search).
 
-pub(crate) mod edge;
-pub(crate) mod forces;
-pub(crate) mod inviscid;
-pub(crate) mod kernel;
-pub(crate) mod outline;
-pub(crate) mod polar;
-pub(crate) mod wake;
+mod adjoint;
+mod compressibility;
+pub(crate) mod coupling;
+mod edge;
+mod inviscid;
+mod kernel;
+mod outline;
+mod outputs;
+mod polar;
+mod record;
+mod section;
+mod wake;
 
 #[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
 mod tests;
+
+pub use section::{InviscidSolution, PanelSolver, PanelledSection, analyze};

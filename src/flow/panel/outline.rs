@@ -58,6 +58,11 @@ impl Outline {
         [self.nodes[j], self.nodes[next]]
     }
 
+    /// The node with the least x; the first of several.
+    pub fn foremost(&self) -> usize {
+        (1..self.len()).fold(0, |best, i| if self.nodes[i][0] < self.nodes[best][0] { i } else { best })
+    }
+
     /// Place of node `i` on panel `j`. The ends of a sharp trailing edge are one point.
     pub fn place(&self, i: usize, j: usize) -> super::kernel::Place {
         use super::kernel::Place;

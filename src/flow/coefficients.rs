@@ -1,0 +1,147 @@
+//! What every flow solver answers: the coefficients of a section and their derivatives.
+//!
+//! [`Coefficients`] is the one place that knows which coefficients there are, and their order.
+
+use serde::{Deserialize, Serialize};
+
+/// Number of coefficients.
+pub(crate) const COEFFICIENTS: usize = 6;
+
+/// One value per coefficient: the coefficients of a flow (`f64`), their [derivatives](Gradients), names, tolerances, …
+///
+/// Coefficients are on the chord and the dynamic pressure of the onset flow.
+///
+/// ```
+/// use aeroform::flow::Coefficients;
+/// let drag_counts = Coefficients { cl: 0.4, cd: 0.0085, ..Coefficients::default() }.map(|c: f64| 1e4 * c);
+/// assert_eq!(drag_counts.cd, 85.0);
+/// let names: Vec<&str> = drag_counts.named().map(|(name, _)| name).collect();
+/// assert_eq!(names, ["cl", "cd", "cm", "cp_min", "transition_upper", "transition_lower"]);
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Coefficients<T = f64> {
+    /// Lift coefficient.
+    pub cl: T,
+    /// Drag coefficient.
+    pub cd: T,
+    /// Moment coefficient about the quarter chord, nose-up positive.
+    pub cm: T,
+    /// Lowest pressure coefficient on the surface.
+    pub cp_min: T,
+    /// Transition on the upper and on the lower side, x in chords.
+    pub transition: [T; 2],
+}
+
+impl<T> Coefficients<T> {
+    /// Names in case files and in JSON, in the order of [`to_array`](Self::to_array).
+    pub const NAMES: [&'static str; COEFFICIENTS] =
+        ["cl", "cd", "cm", "cp_min", "transition_upper", "transition_lower"];
+
+    /// From values in the order of [`NAMES`](Self::NAMES).
+    pub fn from_array([cl, cd, cm, cp_min, upper, lower]: [T; COEFFICIENTS]) -> Self {
+        Self { cl, cd, cm, cp_min, transition: [upper, lower] }
+    }
+
+    /// The values in the order of [`NAMES`](Self::NAMES).
+    pub fn to_array(self) -> [T; COEFFICIENTS] {
+        let Self { cl, cd, cm, cp_min, transition: [upper, lower] } = self;
+        [cl, cd, cm, cp_min, upper, lower]
+    }
+
+    /// References to the values.
+    pub fn as_ref(&self) -> Coefficients<&T> {
+        let Self { cl, cd, cm, cp_min, transition } = self;
+        Coefficients { cl, cd, cm, cp_min, transition: transition.each_ref() }
+    }
+
+    /// Mutable references to the values.
+    pub fn as_mut(&mut self) -> Coefficients<&mut T> {
+        let Self { cl, cd, cm, cp_min, transition } = self;
+        Coefficients { cl, cd, cm, cp_min, transition: transition.each_mut() }
+    }
+
+    /// `f` of every value.
+    pub fn map<U>(self, f: impl FnMut(T) -> U) -> Coefficients<U> {
+        Coefficients::from_array(self.to_array().map(f))
+    }
+
+    /// Pairs of the values of two sets.
+    pub fn zip<U>(self, other: Coefficients<U>) -> Coefficients<(T, U)> {
+        let ([u, l], [other_u, other_l]) = (self.transition, other.transition);
+        Coefficients {
+            cl: (self.cl, other.cl),
+            cd: (self.cd, other.cd),
+            cm: (self.cm, other.cm),
+            cp_min: (self.cp_min, other.cp_min),
+            transition: [(u, other_u), (l, other_l)],
+        }
+    }
+
+    /// The values in order.
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
+        self.as_ref().to_array().into_iter()
+    }
+
+    /// The values in order, to be changed.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.as_mut().to_array().into_iter()
+    }
+
+    /// The values in order with their names.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &T)> {
+        Self::NAMES.into_iter().zip(self.iter())
+    }
+}
+
+/// Derivatives of one quantity of a flow with respect to all inputs of the flow.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Derivatives {
+    /// With respect to the coordinates of every node, in the order given, per chord.
+    pub nodes: Vec<[f64; 2]>,
+    /// With respect to the angle of attack, per radian.
+    pub alpha: f64,
+    /// With respect to the Mach number.
+    pub mach: f64,
+    /// With respect to the Reynolds number.
+    pub reynolds: f64,
+}
+
+/// Derivatives of all coefficients, the angle of attack held unless said otherwise.
+pub type Gradients = Coefficients<Derivatives>;
+
+impl Derivatives {
+    /// `factor` times these derivatives.
+    fn scaled(&self, factor: f64) -> Self {
+        Self {
+            nodes: self.nodes.iter().map(|node| node.map(|d| factor * d)).collect(),
+            alpha: factor * self.alpha,
+            mach: factor * self.mach,
+            reynolds: factor * self.reynolds,
+        }
+    }
+
+    /// Adds `factor` times other derivatives.
+    fn add(mut self, factor: f64, other: &Self) -> Self {
+        for (own, other) in self.nodes.iter_mut().zip(&other.nodes) {
+            *own = [own[0] + factor * other[0], own[1] + factor * other[1]];
+        }
+        self.alpha += factor * other.alpha;
+        self.mach += factor * other.mach;
+        self.reynolds += factor * other.reynolds;
+        self
+    }
+}
+
+impl Gradients {
+    /// The derivatives of a point at fixed lift coefficient: that of `cl` vanishes, the angle of attack follows.
+    ///
+    /// Entries `alpha` are zero, the angle being no input any more.
+    pub fn at_fixed_lift(&self) -> Self {
+        self.as_ref().map(|own| Derivatives { alpha: 0.0, ..own.clone().add(-own.alpha / self.cl.alpha, &self.cl) })
+    }
+
+    /// The derivatives of the angle of attack (radians) at fixed lift coefficient. Entry `alpha` is zero.
+    pub fn alpha_at_fixed_lift(&self) -> Derivatives {
+        Derivatives { alpha: 0.0, ..self.cl.scaled(-1.0 / self.cl.alpha) }
+    }
+}

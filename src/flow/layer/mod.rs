@@ -1,0 +1,35 @@
+//! The integral boundary layer on both sides of a section and in the wake.
+//!
+//! Stations stand at fixed fractions of stagnation point → transition → trailing edge, whose arc lengths are unknowns
+//! ([`layout`], [`unknowns`]). [`station`] holds the four unknowns of a station and what follows from them by the
+//! [`closure`]; [`interval`] the residuals between two stations; [`equations`] lists which stations they link;
+//! [`blocks`] gives the local Jacobians. [`march`] finds a start for given speeds, [`project`] puts a state
+//! back onto the equations, [`steps`] limits a step, [`transport`] moves states with their stations, and [`transition`] says where the layer turns
+//! turbulent.
+//!
+//! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate) and on no outer flow: of that it knows
+//! the speeds that drive a march ([`OuterSpeeds`]) and how a speed becomes the compressible state at the edge
+//! ([`EdgeLaw`]).
+
+pub(crate) mod blocks;
+pub(crate) mod closure;
+mod edge;
+pub(crate) mod equations;
+pub(crate) mod interval;
+pub(crate) mod layout;
+mod march;
+mod project;
+mod station;
+mod steps;
+mod transition;
+pub(crate) mod transport;
+mod unknowns;
+
+pub(crate) use edge::{Edge, EdgeLaw, FreeStream};
+pub(crate) use equations::{EQUATIONS, Layer};
+pub(crate) use layout::Layout;
+pub(crate) use march::OuterSpeeds;
+pub(crate) use station::{Derived, Regime, State, UNKNOWNS};
+pub(crate) use steps::Metric;
+pub(crate) use transition::is_inside;
+pub(crate) use unknowns::{Change, GLOBAL_UNKNOWNS, GLOBALS, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};

@@ -1,0 +1,170 @@
+//! States as functions of the place: what they become when the stations move.
+//!
+//! The stations stand at fixed fractions between stagnation point, transition and trailing edge, so a step of those moves
+//! all stations. Newton's step carries the states along to first order; here is the rest, so that a long step of
+//! transition moves the stations through the layer in place of moving the layer.
+
+use super::layout::Layout;
+use super::station::State;
+use super::unknowns::{Numbering, Side, Unknowns};
+
+/// The states of both sides over the logarithm of the distance from the stagnation point: cubic Hermite pieces, one
+/// function for the laminar layer and one for the turbulent one.
+#[derive(Debug, Clone)]
+pub(crate) struct Profiles {
+    numbering: Numbering,
+    log_x: [Vec<f64>; 2],
+    values: Vec<State>,
+    slopes: Vec<State>,
+}
+
+fn logs(layout: &Layout, unknowns: &Unknowns, total: f64) -> [Vec<f64>; 2] {
+    Side::BOTH.map(|side| unknowns.abscissas(layout, side, total).into_iter().map(f64::ln).collect())
+}
+
+impl Profiles {
+    pub fn new(layout: &Layout, unknowns: &Unknowns, total: f64) -> Self {
+        let numbering = Numbering::new(layout);
+        let log_x = logs(layout, unknowns, total);
+        let values = unknowns.stations[..numbering.wake_start()].to_vec();
+        let mut slopes = vec![State::zeros(); values.len()];
+        for side in Side::BOTH {
+            let x = &log_x[side.index()];
+            for range in [0..numbering.laminar, numbering.laminar..numbering.side] {
+                for j in range.clone() {
+                    let at = |j: usize| values[numbering.station(side, j)];
+                    let slope = |a: usize, b: usize| at(b).zip(&at(a), |q, p| (q - p) / (x[b] - x[a]));
+                    slopes[numbering.station(side, j)] = if j == range.start {
+                        slope(j, j + 1)
+                    } else if j + 1 == range.end {
+                        slope(j - 1, j)
+                    } else {
+                        let (left, right) = (slope(j - 1, j), slope(j, j + 1));
+                        let w = (x[j] - x[j - 1]) / (x[j + 1] - x[j - 1]);
+                        left.zip(&right, |left, right| left + (right - left) * w)
+                    };
+                }
+            }
+        }
+        Self { numbering, log_x, values, slopes }
+    }
+
+    /// The change of the state at a fixed place that a step of all unknowns makes, to first order.
+    pub fn material(&self, k: usize, change: &State, log_step: f64) -> State {
+        change.step(&self.slopes[k], -log_step)
+    }
+
+    /// The state found at a distance from the stagnation point, given by its logarithm, in the laminar or the
+    /// turbulent layer; straight on beyond their ends, but not far.
+    fn find(&self, side: Side, laminar: bool, log_x: f64) -> State {
+        let n = &self.numbering;
+        let range = if laminar { 0..n.laminar } else { n.laminar..n.side };
+        let x = &self.log_x[side.index()];
+        if log_x <= x[range.start] || log_x >= x[range.end - 1] {
+            let low = log_x <= x[range.start];
+            let (end, inner) = if low { (range.start, range.start + 1) } else { (range.end - 1, range.end - 2) };
+            let width = (x[inner] - x[end]).abs();
+            let out = width * ((log_x - x[end]) / width).tanh();
+            let k = n.station(side, end);
+            return self.values[k].step(&self.slopes[k], out);
+        }
+        let b = range.start + x[range.clone()].partition_point(|v| *v < log_x).max(1);
+        let a = b - 1;
+        let h = x[b] - x[a];
+        let (t, s) = ((log_x - x[a]) / h, (x[b] - log_x) / h);
+        let (ka, kb) = (n.station(side, a), n.station(side, b));
+        let values =
+            self.values[ka].zip(&self.values[kb], |a, b| a * s * s * (1.0 + 2.0 * t) + b * t * t * (3.0 - 2.0 * t));
+        values.step(&self.slopes[ka].zip(&self.slopes[kb], |a, b| a * s - b * t), h * t * s)
+    }
+
+    /// The state found where station `j` of a side stands after the move, less its linear part.
+    fn beyond_first_order(&self, side: Side, j: usize, log_x: f64) -> State {
+        let own = self.numbering.station(side, j);
+        // abscissas are linear in what Newton's step changes
+        let moved = (log_x - self.log_x[side.index()][j]).exp_m1();
+        self.find(side, true, log_x).step(&self.values[own], -1.0).step(&self.slopes[own], -moved)
+    }
+
+    /// Puts the stations of `next`, whose transition and stagnation points have moved, back into the layer: the laminar
+    /// one stays where it is, the turbulent one moves with transition.
+    pub fn place(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
+        let log_x = logs(layout, next, total);
+        for side in Side::BOTH {
+            for j in 0..self.numbering.laminar {
+                next.stations[self.numbering.station(side, j)] = self.find(side, true, log_x[side.index()][j]);
+            }
+        }
+    }
+
+    /// Adds to `next`, whose states have made their Newton step, what the move of the stations adds beyond first order.
+    pub fn carry(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
+        let log_x = logs(layout, next, total);
+        for side in Side::BOTH {
+            for j in 0..self.numbering.laminar {
+                let state = &mut next.stations[self.numbering.station(side, j)];
+                *state = state.step(&self.beyond_first_order(side, j, log_x[side.index()][j]), 1.0);
+            }
+        }
+    }
+}
+
+/// The same layer on the stations of another layout.
+pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f64) -> Unknowns {
+    let new = Numbering::new(to);
+    let profiles = Profiles::new(from, unknowns, total);
+    let places = logs(to, unknowns, total);
+    let mut stations = Vec::with_capacity(new.stations());
+    for side in Side::BOTH {
+        for (j, log_x) in places[side.index()].iter().enumerate() {
+            stations.push(profiles.find(side, j < new.laminar, *log_x));
+        }
+    }
+    stations.extend_from_slice(&unknowns.stations[profiles.numbering.wake_start()..]);
+    Unknowns { stations, ..unknowns.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unknowns(layout: &Layout, transition: f64, field: impl Fn(f64) -> State) -> Unknowns {
+        let mut stations = Vec::new();
+        for _ in 0..2 {
+            for x in layout.abscissas(transition, 1.0) {
+                stations.push(field(x.ln()));
+            }
+        }
+        Unknowns { stations, stagnation: 1.0, transition: [transition; 2] }
+    }
+
+    #[test]
+    fn moving_the_stations_leaves_the_layer_where_it_is() {
+        let layout = Layout::new(40, 30, 0);
+        let field =
+            |l: f64| State { log_theta: 0.5 * l - 7.0, log_shape: 0.1 * l * l, third: (2.0 * l).sin(), log_speed: l };
+        let start = unknowns(&layout, 0.4, field);
+        let profiles = Profiles::new(&layout, &start, 2.0);
+        let mut next = start.clone();
+        next.transition = [0.3; 2];
+        // the linear part is in Newton's step
+        let log_x = logs(&layout, &next, 2.0);
+        for side in Side::BOTH {
+            for j in 0..layout.laminar.len() {
+                let k = profiles.numbering.station(side, j);
+                let moved = (log_x[side.index()][j] - profiles.log_x[side.index()][j]).exp_m1();
+                next.stations[k] = next.stations[k].step(&profiles.slopes[k], moved);
+            }
+        }
+        profiles.carry(&layout, &mut next, 2.0);
+        let wanted = unknowns(&layout, 0.3, field);
+        // the first stations come from before the old first one; the turbulent layer moves with transition
+        for j in 4..layout.laminar.len() {
+            let (found, wanted) = (next.stations[j], wanted.stations[j]);
+            let away = found.zip(&wanted, |a, b| (a - b).abs()).numbers();
+            assert!(away.iter().all(|d| *d < 3e-3), "station {j}: {found:?} {wanted:?}");
+        }
+        let turbulent = layout.laminar.len()..layout.side();
+        assert_eq!(next.stations[turbulent.clone()], start.stations[turbulent]);
+    }
+}

@@ -1,0 +1,204 @@
+//! The unknowns of the coupled system and their numbering.
+
+use super::layout::Layout;
+use super::station::{Regime, State};
+use crate::scalar::Scalar;
+
+/// Directions of the global derivatives: arc length of the stagnation point from the first node, arc lengths from there
+/// to transition on the upper and on the lower side, total arc length of the surface. The last is constant in a solution
+/// and an input of its derivatives.
+pub(crate) const GLOBALS: usize = 4;
+pub(crate) const STAGNATION: usize = 0;
+pub(crate) const TRANSITION: [usize; 2] = [1, 2];
+pub(crate) const TOTAL: usize = 3;
+/// Global directions that are unknowns of the system.
+pub(crate) const GLOBAL_UNKNOWNS: usize = 3;
+
+/// One of the two sides of the section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Upper,
+    Lower,
+}
+
+impl Side {
+    pub const BOTH: [Self; 2] = [Self::Upper, Self::Lower];
+
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Sign of the vortex strength, and of the signed mass defect, on this side.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Upper => 1.0,
+            Self::Lower => -1.0,
+        }
+    }
+
+    /// Length of this side from the stagnation point, whose arc length is given, to the trailing edge.
+    pub fn length<S: Scalar>(self, stagnation: S, total: S) -> S {
+        match self {
+            Self::Upper => stagnation,
+            Self::Lower => total - stagnation,
+        }
+    }
+
+    /// Distance along this side from the stagnation point to a place, both given by their arc lengths.
+    pub fn distance<S: Scalar>(self, stagnation: S, place: S) -> S {
+        match self {
+            Self::Upper => stagnation - place,
+            Self::Lower => place - stagnation,
+        }
+    }
+
+    /// Arc length of the place at a distance from the stagnation point.
+    pub fn place<S: Scalar>(self, stagnation: S, distance: S) -> S {
+        match self {
+            Self::Upper => stagnation - distance,
+            Self::Lower => stagnation + distance,
+        }
+    }
+}
+
+/// All unknowns: stations of the upper side (from the stagnation point on), of the lower side, of the wake; the arc
+/// length of the stagnation point; the arc lengths from there to transition.
+///
+/// Stations stand at fixed fractions, so that a solution is a start for any neighbouring section and condition.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Unknowns {
+    pub stations: Vec<State>,
+    pub stagnation: f64,
+    pub transition: [f64; 2],
+}
+
+/// A change of all unknowns, or the derivatives of something with respect to them.
+pub(crate) type Change = Unknowns;
+
+impl Unknowns {
+    /// From the states and the numbers in the global directions.
+    pub fn new(stations: Vec<State>, globals: [f64; GLOBAL_UNKNOWNS]) -> Self {
+        let [stagnation, upper, lower] = globals;
+        Self { stations, stagnation, transition: [upper, lower] }
+    }
+
+    pub fn zeros(stations: usize) -> Self {
+        Self::new(vec![State::zeros(); stations], [0.0; GLOBAL_UNKNOWNS])
+    }
+
+    /// The numbers in the global directions.
+    pub fn globals(&self) -> [f64; GLOBAL_UNKNOWNS] {
+        [self.stagnation, self.transition[0], self.transition[1]]
+    }
+
+    /// Length of a side for the total arc length of the surface.
+    pub fn side_length(&self, side: Side, total: f64) -> f64 {
+        side.length(self.stagnation, total)
+    }
+
+    /// Arc lengths of the stations of a side from the stagnation point.
+    pub fn abscissas(&self, layout: &Layout, side: Side, total: f64) -> Vec<f64> {
+        layout.abscissas(self.transition[side.index()], self.side_length(side, total))
+    }
+
+    /// Adds `factor` times a change.
+    pub fn add(&mut self, change: &Change, factor: f64) {
+        for (state, change) in self.stations.iter_mut().zip(&change.stations) {
+            *state = state.step(change, factor);
+        }
+        self.stagnation += factor * change.stagnation;
+        for (x, change) in self.transition.iter_mut().zip(change.transition) {
+            *x += factor * change;
+        }
+    }
+
+    /// Multiplies by a factor.
+    pub fn stretch(&mut self, factor: f64) {
+        for state in &mut self.stations {
+            *state = state.map(|v| v * factor);
+        }
+        self.stagnation *= factor;
+        self.transition = self.transition.map(|v| v * factor);
+    }
+
+    /// Scalar product of the numbers as they are.
+    pub fn dot(&self, other: &Self) -> f64 {
+        let stations: f64 = self.stations.iter().zip(&other.stations).map(|(a, b)| a.dot(b)).sum();
+        self.globals().iter().zip(other.globals()).fold(stations, |sum, (a, b)| sum + a * b)
+    }
+
+    pub fn is_finite(&self) -> bool {
+        self.globals().iter().all(|v| v.is_finite()) && self.stations.iter().all(State::is_finite)
+    }
+}
+
+/// Numbering of stations and of the points along the surface (upper edge → stagnation → lower edge).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Numbering {
+    pub side: usize,
+    pub laminar: usize,
+    pub wake: usize,
+}
+
+impl Numbering {
+    pub fn new(layout: &Layout) -> Self {
+        Self { side: layout.side(), laminar: layout.laminar.len(), wake: layout.wake }
+    }
+
+    /// Number of all stations.
+    pub fn stations(&self) -> usize {
+        2 * self.side + self.wake
+    }
+
+    /// Number of points along the surface.
+    pub fn points(&self) -> usize {
+        2 * self.side + 1
+    }
+
+    /// Station `j` of a side.
+    pub fn station(&self, side: Side, j: usize) -> usize {
+        side.index() * self.side + j
+    }
+
+    /// Last laminar station of a side.
+    pub fn last_laminar(&self, side: Side) -> usize {
+        self.station(side, self.laminar - 1)
+    }
+
+    /// Last stations of both sides.
+    pub fn ends(&self) -> [usize; 2] {
+        Side::BOTH.map(|side| self.station(side, self.side - 1))
+    }
+
+    /// First station of the wake.
+    pub fn wake_start(&self) -> usize {
+        2 * self.side
+    }
+
+    /// Point of station `j` of a side; the stagnation point is point `side`.
+    pub fn point(&self, side: Side, j: usize) -> usize {
+        match side {
+            Side::Upper => self.side - 1 - j,
+            Side::Lower => self.side + 1 + j,
+        }
+    }
+
+    /// Side and number on that side of a station; `None` in the wake.
+    pub fn on_side(&self, station: usize) -> Option<(Side, usize)> {
+        if station < self.side {
+            Some((Side::Upper, station))
+        } else if station < 2 * self.side {
+            Some((Side::Lower, station - self.side))
+        } else {
+            None
+        }
+    }
+
+    pub fn regime(&self, station: usize) -> Regime {
+        match self.on_side(station) {
+            None => Regime::Wake,
+            Some((_, j)) if j < self.laminar => Regime::Laminar,
+            Some(_) => Regime::Turbulent,
+        }
+    }
+}

@@ -1,0 +1,423 @@
+//! Linear response of the speeds on the surface and in the wake to the mass defect.
+//!
+//! Everything here is constant during the Newton iteration: the airfoil part belongs to the section, the wake part
+//! also to the incidence.
+
+use super::speeds::value_at;
+use super::subpanel;
+use super::surface::invert;
+use super::surface_map::SurfaceMap;
+use crate::flow::FlowError;
+use crate::flow::linear::product;
+use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
+use crate::flow::panel::kernel::{Place, velocity_influence};
+use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_lengths};
+use crate::flow::panel::polar::{Polar, Straight};
+use crate::flow::panel::wake;
+use nalgebra::DMatrix;
+
+/// One section: panels, surface coordinate and response to its own mass defect.
+#[derive(Debug, Clone)]
+pub(crate) struct SectionResponse {
+    pub panels: PanelSystem,
+    pub map: SurfaceMap,
+    /// Strengths at the nodes per (unsmoothed) defect at the nodes, N × N.
+    pub nodes: DMatrix<f64>,
+    /// Transposed spline coefficients of [`nodes`](Self::nodes), smoothed defect: N × (N + 2).
+    pub spline: DMatrix<f64>,
+    /// The same of the flat-wall response over the node index, to be divided by the arc-length rate.
+    pub wall: DMatrix<f64>,
+    pub wake_distances: Vec<f64>,
+}
+
+impl SectionResponse {
+    /// `outline` with its nodes on the surface; the panels are laid through the [balanced](Outline::balanced) ones.
+    pub fn new(outline: &Outline) -> Result<Self, FlowError> {
+        let outline = outline.balanced();
+        let arc = arc_lengths(&outline.nodes);
+        let map = SurfaceMap::new(&arc).ok_or(FlowError::UnevenNodes)?;
+        let n = outline.len();
+        let panels = PanelSystem::new(outline)?;
+        let mut rows = DMatrix::zeros(n + 1, n);
+        for j in 0..n - 1 {
+            let length = arc[j + 1] - arc[j];
+            for i in 0..n {
+                let influence = panels.source[(i, j)] / length;
+                rows[(i, j + 1)] += influence;
+                rows[(i, j)] -= influence;
+            }
+        }
+        share_edge_rows(&mut rows, n);
+        rows.row_mut(n - 1).fill(0.0);
+        for (j, influence) in panels.edge.by_source.iter().enumerate() {
+            let influence = influence / (arc[j + 1] - arc[j]);
+            rows[(n - 1, j + 1)] += influence;
+            rows[(n - 1, j)] -= influence;
+        }
+        panels.factors.solve(&mut rows);
+        let nodes = rows.rows(0, n).into_owned();
+        let spline = spline_rows(&map, &smooth_columns(&nodes));
+        let wall = spline_rows(&map, &smooth_columns(&wall_response(n)));
+        let wake_distances = wake::distances(n - 1);
+        Ok(Self { panels, map, nodes, spline, wall, wake_distances })
+    }
+
+    pub fn len(&self) -> usize {
+        self.panels.outline.len()
+    }
+
+    pub fn edge_frame(&self) -> TrailingEdgeFrame<f64> {
+        edge_frame(&self.panels.outline)
+    }
+}
+
+pub(crate) fn edge_frame(outline: &Outline) -> TrailingEdgeFrame<f64> {
+    let (nodes, n) = (&outline.nodes, outline.len());
+    TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]])
+}
+
+/// Smoothing passes over the defects at the nodes. What they take away the [wall](subpanel) gives back; the panels see
+/// waves only that they resolve well, so that the phase of a transition point between two nodes hardly matters: two
+/// passes leave a third of the ripple of one, more gain little.
+const PASSES: usize = 2;
+
+/// Smooths by passes of (1/4, 1/2, 1/4) over the nodes; the two nodes at each end stay.
+pub(crate) fn smooth<T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f64, Output = T>>(values: &mut [T]) {
+    for _ in 0..PASSES {
+        let mut before = values[1];
+        for i in 2..values.len() - 2 {
+            let here = values[i];
+            values[i] = (before + values[i + 1]) * 0.25 + here * 0.5;
+            before = here;
+        }
+    }
+}
+
+/// The response to a defect that is smoothed first: the transposed passes on every row.
+pub(crate) fn smooth_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
+    (0..PASSES).fold(response.clone(), |response, _| pass_on_columns(&response))
+}
+
+fn pass_on_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = response.ncols();
+    let mut result = response.clone();
+    for j in 1..n - 1 {
+        let inner = |k: usize| k >= 2 && k + 2 < n;
+        for i in 0..response.nrows() {
+            let own = if inner(j) { 0.5 } else { 1.0 };
+            let left = if inner(j - 1) { 0.25 * response[(i, j - 1)] } else { 0.0 };
+            let right = if inner(j + 1) { 0.25 * response[(i, j + 1)] } else { 0.0 };
+            result[(i, j)] = own * response[(i, j)] + left + right;
+        }
+    }
+    result
+}
+
+/// Spline coefficients of every column, transposed.
+fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut result = DMatrix::zeros(values.ncols(), values.nrows() + 2);
+    for (j, column) in values.column_iter().enumerate() {
+        let column: Vec<f64> = column.iter().copied().collect();
+        for (k, c) in map.spline.coefficients(&column).into_iter().enumerate() {
+            result[(j, k)] = c;
+        }
+    }
+    result
+}
+
+/// Flat-wall speed at the nodes per defect at the nodes, over the node index.
+fn wall_response(n: usize) -> DMatrix<f64> {
+    let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
+    let mut result = DMatrix::zeros(n, n);
+    let wall = subpanel::Wall::new(&t);
+    for i in 0..n {
+        wall.influences(t[i], i, |k, influence| {
+            result[(i, k + 1)] += influence;
+            result[(i, k)] -= influence;
+        });
+    }
+    result
+}
+
+/// One section at one incidence: onset flow and wake.
+#[derive(Debug, Clone)]
+pub(crate) struct FlowResponse {
+    pub alpha: f64,
+    /// Strengths at the nodes without boundary layer.
+    pub inviscid: Vec<f64>,
+    pub inviscid_spline: Vec<f64>,
+    pub wake_nodes: Vec<[f64; 2]>,
+    /// Unit vectors along the wake at its nodes.
+    pub wake_tangents: Vec<[f64; 2]>,
+    /// Dead-air gap at the nodes of the wake.
+    pub gap: Vec<f64>,
+    /// Strengths at the nodes per defect of the wake, N × W.
+    pub nodes_by_wake: DMatrix<f64>,
+    /// Transposed spline coefficients of it, W × (N + 2).
+    pub spline_by_wake: DMatrix<f64>,
+    /// Speed along the wake without boundary layer.
+    pub wake_inviscid: Vec<f64>,
+    /// Transposed: speed along the wake per smoothed defect at the nodes, N × W.
+    pub wake_by_nodes: DMatrix<f64>,
+    /// Speed along the wake per defect of the wake, W × W.
+    pub wake_by_wake: DMatrix<f64>,
+    /// Speed along the wake per strength at the nodes, W × N (kept for the adjoint).
+    pub wake_by_strength: DMatrix<f64>,
+    /// From the ends of the half panels of the wake to the nodes of the section.
+    pub polar: Polar,
+    /// From the nodes of the section to the points of the cut at the trailing edge and, behind these, to the nodes of
+    /// the wake from number 1 on.
+    pub from_surface: Polar,
+    /// The same from the ends of the half panels of the wake.
+    pub from_wake: Polar,
+}
+
+/// Ends of the linear source panels of the wake: nodes and middles in turn.
+pub(crate) fn wake_points(nodes: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut points = vec![nodes[0]];
+    for pair in nodes.windows(2) {
+        points.push([0.5 * (pair[0][0] + pair[1][0]), 0.5 * (pair[0][1] + pair[1][1])]);
+        points.push(pair[1]);
+    }
+    points
+}
+
+/// Unit tangents at the nodes of the wake: along the chord of the two neighbours.
+pub(crate) fn wake_tangents<S: crate::scalar::Scalar>(nodes: &[[S; 2]]) -> Vec<[S; 2]> {
+    let last = nodes.len() - 1;
+    (0..=last)
+        .map(|k| {
+            let (a, b) = (nodes[k.saturating_sub(1)], nodes[(k + 1).min(last)]);
+            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+            let d = (dx * dx + dy * dy).sqrt();
+            [dx / d, dy / d]
+        })
+        .collect()
+}
+
+/// Place of a wake node (index `k`) on the half panel `h` of the wake.
+pub(crate) fn wake_place(k: usize, h: usize) -> Place {
+    if 2 * k == h {
+        Place::Start
+    } else if 2 * k == h + 1 {
+        Place::End
+    } else {
+        Place::Elsewhere
+    }
+}
+
+/// Place of a surface node on the half panel `h` of the wake: only a sharp edge is its start.
+pub(crate) fn edge_place(outline: &Outline, i: usize, h: usize) -> Place {
+    let at_edge = i == 0 || i + 1 == outline.len();
+    if at_edge && h == 0 && outline.trailing_edge == TrailingEdge::Sharp { Place::Start } else { Place::Elsewhere }
+}
+
+impl FlowResponse {
+    pub fn new(section: &SectionResponse, alpha: f64) -> Self {
+        let outline = &section.panels.outline;
+        let n = outline.len();
+        let frame = section.edge_frame();
+        let wind = [alpha.cos(), alpha.sin()];
+        let distances = &section.wake_distances;
+        let wake_nodes = wake::path(&frame, wind, distances);
+        let tangents = wake_tangents(&wake_nodes);
+        let gap = match outline.trailing_edge {
+            TrailingEdge::Sharp => vec![0.0; distances.len()],
+            TrailingEdge::Blunt => wake::dead_air(&frame, distances),
+        };
+        let strengths = wake_strength_matrix(distances);
+        let points = wake_points(&wake_nodes);
+        let polar = Polar::new(&outline.nodes, &points);
+        let edge = &section.panels.edge;
+        let (edge_by_wake, edge_from_wake) = edge.by_wake(&points);
+        let nodes_by_wake = nodes_by_wake(section, &points, &polar, &edge_by_wake, &strengths);
+        let from_wake = Polar::new(&wake_nodes, &points);
+        let from_surface = polar.reversed(2);
+        let (by_strength, by_source) = surface_to_wake(outline, &wake_nodes, &tangents, &from_surface);
+        let inviscid = section.panels.strengths(alpha);
+        let mut wake_inviscid: Vec<f64> = tangents.iter().map(|t| t[0] * wind[0] + t[1] * wind[1]).collect();
+        for k in 0..distances.len() {
+            let onset = if k == 0 { 0.0 } else { wake_inviscid[k] };
+            wake_inviscid[k] = onset + (0..n).map(|i| by_strength[(k, i)] * inviscid[i]).sum::<f64>();
+        }
+        let wake_by_nodes =
+            smooth_columns(&(product(&by_strength, &section.nodes) + source_per_defect(section, &by_source)));
+        let wake_by_wake = product(&by_strength, &nodes_by_wake)
+            + product(&wake_to_wake(&wake_nodes, &tangents, &points, &from_wake), &strengths);
+        Self {
+            alpha,
+            inviscid_spline: section.map.spline.coefficients(&inviscid),
+            inviscid,
+            spline_by_wake: spline_rows(&section.map, &nodes_by_wake),
+            nodes_by_wake,
+            wake_nodes,
+            wake_tangents: tangents,
+            gap,
+            wake_inviscid,
+            wake_by_nodes: wake_by_nodes.transpose(),
+            wake_by_wake,
+            wake_by_strength: by_strength,
+            polar,
+            from_surface: edge.polar.followed_by(&from_surface, 1),
+            from_wake: edge_from_wake.followed_by(&from_wake, 1),
+        }
+    }
+}
+
+/// What the onset flow alone does.
+#[derive(Debug, Clone)]
+pub(crate) struct Onset {
+    pub alpha: f64,
+    /// Strengths at the nodes, and as spline coefficients.
+    pub inviscid: Vec<f64>,
+    pub inviscid_spline: Vec<f64>,
+    /// Speed along the wake.
+    pub wake_inviscid: Vec<f64>,
+}
+
+impl FlowResponse {
+    /// Arc length of the stagnation point without boundary layer: where the strength changes sign, of several such places
+    /// the one farthest from the trailing edge.
+    pub fn stagnation(&self, section: &SectionResponse) -> f64 {
+        let nodes = &section.panels.outline.nodes;
+        let edge = section.edge_frame().middle;
+        let reach = |i: usize| (nodes[i][0] - edge[0]).hypot(nodes[i][1] - edge[1]);
+        let changes = (1..nodes.len()).filter(|&i| self.inviscid[i - 1] > 0.0 && self.inviscid[i] <= 0.0);
+        // without a change of sign (no such flow is known) the march starts from the middle, and Newton's method judges
+        let at = changes.max_by(|&a, &b| reach(a).total_cmp(&reach(b))).unwrap_or(nodes.len() / 2) as f64;
+        value_at(section, &section.map.arc, invert(&section.map.spline, &self.inviscid_spline, 0.0, at - 1.0, at, -1.0))
+    }
+
+    /// The onset flow at another angle of attack; the wake stays where it is.
+    pub fn onset(&self, section: &SectionResponse, alpha: f64) -> Onset {
+        let inviscid = section.panels.strengths(alpha);
+        let onset = self.wake_tangents.iter().map(|t| t[0] * alpha.cos() + t[1] * alpha.sin());
+        let surface = &self.wake_by_strength * nalgebra::DVector::from_column_slice(&inviscid);
+        let mut wake_inviscid: Vec<f64> = onset.zip(surface.iter()).map(|(a, b)| a + b).collect();
+        // the first node of the wake takes the speed of the edge
+        wake_inviscid[0] = surface[0];
+        Onset { alpha, inviscid_spline: section.map.spline.coefficients(&inviscid), inviscid, wake_inviscid }
+    }
+
+    /// Takes that onset flow.
+    pub fn turn(&mut self, onset: Onset) {
+        let Onset { alpha, inviscid, inviscid_spline, wake_inviscid } = onset;
+        (self.alpha, self.inviscid) = (alpha, inviscid);
+        (self.inviscid_spline, self.wake_inviscid) = (inviscid_spline, wake_inviscid);
+    }
+}
+
+/// Strengths at the ends of the half panels of the wake per defect at its nodes.
+pub(crate) fn wake_strength_matrix(distances: &[f64]) -> DMatrix<f64> {
+    let rows = wake::source_strengths(distances);
+    let mut matrix = DMatrix::zeros(rows.len(), distances.len());
+    for (j, row) in rows.iter().enumerate() {
+        for &(k, weight) in row {
+            matrix[(j, k)] += weight;
+        }
+    }
+    matrix
+}
+
+fn nodes_by_wake(
+    section: &SectionResponse,
+    points: &[[f64; 2]],
+    polar: &Polar,
+    edge_by_wake: &[f64],
+    strengths: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let outline = &section.panels.outline;
+    let n = outline.len();
+    let mut stream = DMatrix::zeros(n + 1, points.len());
+    for h in 0..points.len() - 1 {
+        let panel = Straight::new([points[h], points[h + 1]]);
+        for i in 0..n {
+            let seen = polar.seen_of_wake(i, [h, h + 1], &panel);
+            let at = panel.local(outline.nodes[i]);
+            let [a, b] = seen.sight(at, panel.length, edge_place(outline, i, h)).wake_stream();
+            stream[(i, h)] -= a;
+            stream[(i, h + 1)] -= b;
+        }
+    }
+    share_edge_rows(&mut stream, n);
+    stream.row_mut(n - 1).fill(0.0);
+    for (h, influence) in edge_by_wake.iter().enumerate() {
+        stream[(n - 1, h)] = -influence;
+    }
+    let mut response = product(&stream, strengths);
+    section.panels.factors.solve(&mut response);
+    response.rows(0, n).into_owned()
+}
+
+/// Speed along the wake per strength at the surface nodes (W × N) and per constant source on the panels (W × N − 1).
+/// Row 0 is the trailing edge, where the speed is that of the first node.
+fn surface_to_wake(
+    outline: &Outline,
+    wake_nodes: &[[f64; 2]],
+    tangents: &[[f64; 2]],
+    polar: &Polar,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (n, w) = (outline.len(), wake_nodes.len());
+    let mut strength = DMatrix::zeros(w, n);
+    let mut source = DMatrix::zeros(w, n - 1);
+    strength[(0, 0)] = 1.0;
+    let frame = edge_frame(outline);
+    let along = |k: usize, v: [f64; 2]| v[0] * tangents[k][0] + v[1] * tangents[k][1];
+    for j in 0..n - 1 {
+        let panel = Straight::new(outline.panel(j));
+        for k in 1..w {
+            let seen = polar.seen_of_surface(k, [j, j + 1], &panel);
+            let v = seen.sight(panel.local(wake_nodes[k]), panel.length, Place::Elsewhere).velocity();
+            let [a, b] = [0, 1].map(|end| along(k, panel.outer(v.vortex(end))));
+            strength[(k, j)] += a;
+            strength[(k, j + 1)] += b;
+            source[(k, j)] = [0, 1].map(|end| along(k, panel.outer(v.source(end)))).iter().sum();
+        }
+    }
+    for k in 1..w {
+        let along = |v: [f64; 2]| along(k, v);
+        if outline.trailing_edge == TrailingEdge::Blunt {
+            let panel = outline.panel(n - 1);
+            let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);
+            let v = velocity_influence(panel, wake_nodes[k], Place::Elsewhere);
+            let per_speed = ((along(v.vortex[0]) + along(v.vortex[1])) * frame.vortex
+                + (along(v.source[0]) + along(v.source[1])) * frame.source)
+                / length;
+            strength[(k, 0)] += 0.5 * per_speed;
+            strength[(k, n - 1)] -= 0.5 * per_speed;
+        }
+    }
+    (strength, source)
+}
+
+/// Turns a response to panel sources into one to the defect at the nodes: σ = −(m_{j+1} − m_j)/length.
+fn source_per_defect(section: &SectionResponse, by_source: &DMatrix<f64>) -> DMatrix<f64> {
+    let arc = arc_lengths(&section.panels.outline.nodes);
+    let n = arc.len();
+    let mut result = DMatrix::zeros(by_source.nrows(), n);
+    for j in 0..n - 1 {
+        for k in 0..by_source.nrows() {
+            let value = by_source[(k, j)] / (arc[j + 1] - arc[j]);
+            result[(k, j)] += value;
+            result[(k, j + 1)] -= value;
+        }
+    }
+    result
+}
+
+/// Speed along the wake per strength at the ends of its half panels.
+fn wake_to_wake(wake_nodes: &[[f64; 2]], tangents: &[[f64; 2]], points: &[[f64; 2]], polar: &Polar) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(wake_nodes.len(), points.len());
+    for h in 0..points.len() - 1 {
+        let panel = Straight::new([points[h], points[h + 1]]);
+        for k in 1..wake_nodes.len() {
+            let seen = polar.seen_of_surface(k, [h, h + 1], &panel);
+            let v = seen.sight(panel.local(wake_nodes[k]), panel.length, wake_place(k, h)).velocity();
+            for end in 0..2 {
+                let v = panel.outer(v.source(end));
+                matrix[(k, h + end)] += v[0] * tangents[k][0] + v[1] * tangents[k][1];
+            }
+        }
+    }
+    matrix
+}

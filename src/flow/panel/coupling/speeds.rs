@@ -1,0 +1,414 @@
+//! Edge speeds at the stations: value, derivatives with respect to the mass defects and to the global unknowns.
+
+use super::projection;
+use super::response::{FlowResponse, SectionResponse};
+use super::subpanel::LocalSpeeds;
+use super::surface::{Weights, combine, combine_real};
+use crate::flow::duals::ByGlobal;
+use crate::flow::layer::{GLOBALS, Layout, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
+use crate::flow::linear::{add_scaled, dot};
+use crate::flow::memory::{give_back, large_zeros};
+use crate::scalar::Scalar;
+use nalgebra::DMatrix;
+use num_dual::DualNum;
+
+/// A number of the value pass (`f64`) or of the linearisation (global derivatives).
+pub(crate) trait Global: Scalar {
+    /// The independent variable of global direction `k`.
+    fn global(value: f64, k: usize) -> Self;
+
+    /// The weighted sum of many.
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
+
+    /// Sub-panel speeds at all inner points, over the share of the correction; see [`LocalSpeeds`].
+    fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, usize, f64)) -> Vec<Self>;
+}
+
+impl Global for f64 {
+    fn global(value: f64, _: usize) -> Self {
+        value
+    }
+
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
+        dot(numbers, weights)
+    }
+
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+        let slopes: Vec<f64> = t.windows(2).zip(mass.windows(2)).map(|(t, m)| (m[1] - m[0]) / (t[1] - t[0])).collect();
+        let mut locals = LocalSpeeds::new(t, &slopes);
+        let mut speeds = vec![0.0; t.len()];
+        for p in 1..t.len() - 1 {
+            let (speed, range, influences) = locals.value(t[p], p);
+            speeds[p] = speed;
+            for (k, influence) in range.zip(influences) {
+                visit(p, k, *influence);
+            }
+        }
+        speeds
+    }
+}
+
+impl Global for ByGlobal {
+    fn global(value: f64, k: usize) -> Self {
+        Self::from_re(value).derivative(k)
+    }
+
+    fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self {
+        let mut sum = Self::from_re(0.0);
+        for (x, w) in numbers.iter().zip(weights) {
+            sum += *x * *w;
+        }
+        sum
+    }
+
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+        let places: Vec<f64> = t.iter().map(|t| t.re).collect();
+        let middles: Vec<Self> = t.windows(2).map(|t| (t[0] + t[1]) * 0.5).collect();
+        let slopes: Vec<Self> =
+            t.windows(2).zip(mass.windows(2)).map(|(t, m)| (t[1] - t[0]).recip() * (m[1] - m[0])).collect();
+        let slope_values: Vec<f64> = slopes.iter().map(|s| s.re).collect();
+        let by_global = |numbers: &[Self]| -> [_; GLOBALS] {
+            std::array::from_fn(|g| numbers.iter().map(|v| v.eps[g]).collect::<Vec<f64>>())
+        };
+        let (middles, slopes) = (by_global(&middles), by_global(&slopes));
+        let mut locals = LocalSpeeds::new(&places, &slope_values);
+        let mut speeds = vec![Self::from_re(0.0); t.len()];
+        for p in 1..t.len() - 1 {
+            let local = locals.at(places[p], p);
+            let eps = std::array::from_fn(|g| {
+                dot(local.influences, &slopes[g][local.range.clone()])
+                    + dot(local.by_middle, &middles[g][local.range.clone()])
+                    + local.by_place * t[p].eps[g]
+            });
+            speeds[p] = Self { re: local.speed, eps };
+            for (k, influence) in local.range.zip(local.influences) {
+                visit(p, k, *influence);
+            }
+        }
+        speeds
+    }
+}
+
+/// Abscissas of the stations with their derivatives in the global directions.
+#[derive(Debug, Clone)]
+pub(crate) struct Positions<S = ByGlobal> {
+    /// Arc length from the stagnation point, per side and station.
+    pub abscissas: [Vec<S>; 2],
+    /// Node index of every point along the surface.
+    pub index: Vec<S>,
+}
+
+impl<S: Global> Positions<S> {
+    pub fn new(layout: &Layout, section: &SectionResponse, unknowns: &Unknowns) -> Self {
+        let stagnation = S::global(unknowns.stagnation, STAGNATION);
+        let total = S::global(section.map.total, TOTAL);
+        let abscissas = Side::BOTH.map(|side| {
+            let transition = S::global(unknowns.transition[side.index()], TRANSITION[side.index()]);
+            layout.abscissas(transition, side.length(stagnation, total))
+        });
+        let numbering = Numbering::new(layout);
+        let mut index = vec![section.map.index(stagnation); numbering.points()];
+        for side in Side::BOTH {
+            for (j, x) in abscissas[side.index()].iter().enumerate() {
+                index[numbering.point(side, j)] = section.map.index(side.place(stagnation, *x));
+            }
+        }
+        // the last stations stand exactly on the edge
+        let last = (section.len() - 1) as f64;
+        index[0] = S::from(0.0);
+        let end = numbering.points() - 1;
+        index[end] = S::from(last);
+        Self { abscissas, index }
+    }
+}
+
+/// Vortex strength at the points along the surface, and speed along the wake.
+#[derive(Debug, Clone)]
+pub(crate) struct EdgeSpeeds<S = ByGlobal> {
+    /// At the points, with global derivatives.
+    pub points: Vec<S>,
+    pub wake: Vec<S>,
+    /// Defect at the nodes with global derivatives, as projected (not smoothed).
+    pub node_mass: Vec<S>,
+    pub projection: Projection,
+    /// Spline coefficients of the strength of the panels, and of the wall response.
+    pub fields: Fields<S>,
+}
+
+impl<S: Global> EdgeSpeeds<S> {
+    /// `mass` are the signed defects at the points (0 at the stagnation point), `wake_mass` those of the wake.
+    pub fn new(
+        section: &SectionResponse,
+        flow: &FlowResponse,
+        positions: &Positions<S>,
+        mass: &[f64],
+        wake_mass: &[f64],
+    ) -> Self {
+        Self::visit(section, flow, positions, mass, wake_mass, |_, _, _| ())
+    }
+
+    /// The same, and calls `local(p, k, influence)` with the sub-panel speed at point `p` per slope of the defect in
+    /// interval `k`.
+    pub fn visit(
+        section: &SectionResponse,
+        flow: &FlowResponse,
+        positions: &Positions<S>,
+        mass: &[f64],
+        wake_mass: &[f64],
+        local: impl FnMut(usize, usize, f64),
+    ) -> Self {
+        let t = &positions.index;
+        let (projection, node_mass) = Projection::new(t, mass, section.len());
+        let fields = Fields::new(section, flow, &node_mass, wake_mass);
+        let local = S::local_speeds(t, mass, local);
+        let last = t.len() - 1;
+        let points = (0..=last)
+            .map(|p| {
+                let weights = section.map.spline.weights(t[p]);
+                let strength = combine(&weights, &fields.strength);
+                if p == 0 || p == last {
+                    return strength;
+                }
+                let speed = local[p] - combine(&weights, &fields.wall);
+                strength + speed * per_rate(section, t[p])
+            })
+            .collect();
+        let wake = wake_speeds(flow, &node_mass, wake_mass);
+        Self { points, wake, node_mass, projection, fields }
+    }
+}
+
+/// Derivatives of the speeds with respect to the defects.
+#[derive(Debug, Clone)]
+pub(crate) struct SpeedsByMass {
+    /// With respect to the signed defects at the points and the defects of the wake, one column a point.
+    pub points: DMatrix<f64>,
+    /// The same of the speeds along the wake, one column a node of the wake.
+    pub wake: DMatrix<f64>,
+}
+
+impl Drop for SpeedsByMass {
+    fn drop(&mut self) {
+        give_back(&mut self.points);
+    }
+}
+
+/// Points whose responses are projected together.
+const LANES: usize = 8;
+
+impl SpeedsByMass {
+    /// Speeds and their derivatives.
+    pub fn new(
+        section: &SectionResponse,
+        flow: &FlowResponse,
+        positions: &Positions,
+        mass: &[f64],
+        wake_mass: &[f64],
+    ) -> (EdgeSpeeds, Self) {
+        let t = &positions.index;
+        let (count, wakes) = (t.len(), wake_mass.len());
+        let mut points = large_zeros(count + wakes, count);
+        let rates: Vec<f64> =
+            (0..count).map(|p| if p > 0 && p + 1 < count { per_rate(section, t[p].re) } else { 0.0 }).collect();
+        let per_length: Vec<f64> = t.windows(2).map(|t| (t[1].re - t[0].re).recip()).collect();
+        let speeds = EdgeSpeeds::visit(section, flow, positions, mass, wake_mass, |p, k, influence| {
+            let step = influence * rates[p] * per_length[k];
+            let pair = &mut points.as_mut_slice()[p * (count + wakes) + k..][..2];
+            pair[0] -= step;
+            pair[1] += step;
+        });
+        let mut projector = Projector::new(&speeds.projection, section.len());
+        let mut by_nodes = vec![0.0; section.len()];
+        for first in (0..count).step_by(LANES) {
+            let lanes = LANES.min(count - first);
+            for lane in 0..lanes {
+                let weights = section.map.spline.weights(t[first + lane].re);
+                gather(&mut by_nodes, &weights, section, rates[first + lane]);
+                projector.set(lane, &by_nodes);
+                let mut column = points.column_mut(first + lane);
+                let (cell, w) = weights;
+                for (k, value) in column.as_mut_slice()[count..].iter_mut().enumerate() {
+                    *value = (0..4).map(|q| w[q] * flow.spline_by_wake[(k, cell + q)]).sum();
+                }
+            }
+            projector.add(&mut points, first, lanes);
+        }
+        let mut wake = DMatrix::zeros(count + wakes, wakes);
+        for first in (0..wakes).step_by(LANES) {
+            let lanes = LANES.min(wakes - first);
+            for k in first..first + lanes {
+                projector.set(k - first, flow.wake_by_nodes.column(k).as_slice());
+                let mut column = wake.column_mut(k);
+                for (l, value) in column.as_mut_slice()[count..].iter_mut().enumerate() {
+                    *value = flow.wake_by_wake[(k, l)];
+                }
+            }
+            projector.add(&mut wake, first, lanes);
+        }
+        (speeds, Self { points, wake })
+    }
+}
+
+/// Projects several rows over the nodes to rows over the points at a time.
+struct Projector<'a> {
+    projection: &'a Projection,
+    nodes: Vec<[f64; LANES]>,
+}
+
+impl<'a> Projector<'a> {
+    fn new(projection: &'a Projection, nodes: usize) -> Self {
+        Self { projection, nodes: vec![[0.0; LANES]; nodes] }
+    }
+
+    fn set(&mut self, lane: usize, by_nodes: &[f64]) {
+        for (node, value) in self.nodes.iter_mut().zip(by_nodes) {
+            node[lane] = *value;
+        }
+    }
+
+    /// Adds to `lanes` columns of `result`, from column `first` on.
+    fn add(&self, result: &mut DMatrix<f64>, first: usize, lanes: usize) {
+        let rows = result.nrows();
+        let target = &mut result.as_mut_slice()[first * rows..(first + lanes) * rows];
+        for c in 0..self.projection.points() {
+            let mut sum = [0.0; LANES];
+            for (node, weight) in self.projection.column(c) {
+                let node = &self.nodes[*node];
+                for lane in 0..LANES {
+                    sum[lane] += weight * node[lane];
+                }
+            }
+            for lane in 0..lanes {
+                target[lane * rows + c] += sum[lane];
+            }
+        }
+    }
+}
+
+/// Node index per arc length, the factor of all sub-panel speeds.
+///
+/// The correction holds at every point up to the edge. It must not fade towards it: a turbulent zone that is squeezed
+/// there stands within a fraction of a panel, and without interaction at its own scale the layer in it is ill-posed.
+/// The edge itself has none; its speed is that of both sides and of the wake.
+pub(crate) fn per_rate<S: Scalar>(section: &SectionResponse, t: S) -> S {
+    section.map.rate(t).recip()
+}
+
+/// Response of the value at a point to the defects at the nodes: panels, less the wall at panel resolution.
+pub(crate) fn gather(row: &mut [f64], weights: &Weights<f64>, section: &SectionResponse, per_rate: f64) {
+    let (first, w) = weights;
+    let n = section.len();
+    let at = |q: usize| (first + q) * n..(first + q + 1) * n;
+    let (panel, wall) = (section.spline.as_slice(), section.wall.as_slice());
+    let [a, b, c, d] = [0, 1, 2, 3].map(|q| &panel[at(q)]);
+    let [e, f, g, h] = [0, 1, 2, 3].map(|q| &wall[at(q)]);
+    let v = w.map(|w| -w * per_rate);
+    let row = &mut row[..n];
+    for i in 0..n {
+        row[i] = w[0] * a[i]
+            + w[1] * b[i]
+            + w[2] * c[i]
+            + w[3] * d[i]
+            + v[0] * e[i]
+            + v[1] * f[i]
+            + v[2] * g[i]
+            + v[3] * h[i];
+    }
+}
+
+/// Spline coefficients of the strength and of the wall response, with global derivatives.
+#[derive(Debug, Clone)]
+pub(crate) struct Fields<S = ByGlobal> {
+    pub strength: Vec<S>,
+    pub wall: Vec<S>,
+}
+
+impl<S: Global> Fields<S> {
+    fn new(section: &SectionResponse, flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Self {
+        let sums = |m: &DMatrix<f64>| -> Vec<S> {
+            m.as_slice().chunks_exact(m.nrows()).map(|column| S::weighted_sum(node_mass, column)).collect()
+        };
+        let (mut strength, wall) = (sums(&section.spline), sums(&section.wall));
+        let by_wake = flow.spline_by_wake.as_slice().chunks_exact(wake_mass.len());
+        for ((value, own), column) in strength.iter_mut().zip(&flow.inviscid_spline).zip(by_wake) {
+            *value += own + dot(column, wake_mass);
+        }
+        Self { strength, wall }
+    }
+}
+
+/// The sparse map from the defects at the points to those at the nodes.
+#[derive(Debug, Clone)]
+pub(crate) struct Projection {
+    /// Nodes and weights, point after point.
+    entries: Vec<(usize, f64)>,
+    /// Where the entries of each point end.
+    ends: Vec<usize>,
+}
+
+impl Projection {
+    /// Also the projected defects.
+    fn new<S: Scalar>(t: &[S], mass: &[f64], nodes: usize) -> (Self, Vec<S>) {
+        let mut node_mass = vec![S::from(0.0); nodes];
+        let mut entries = Vec::with_capacity(6 * t.len());
+        let mut ends = Vec::with_capacity(t.len());
+        for (p, mass) in mass.iter().enumerate() {
+            projection::overlaps(t, p, nodes, |i, weight| {
+                node_mass[i] += weight * *mass;
+                entries.push((i, weight.re()));
+            });
+            ends.push(entries.len());
+        }
+        (Self { entries, ends }, node_mass)
+    }
+
+    fn points(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Nodes that feel point `p`, and their weights.
+    fn column(&self, p: usize) -> &[(usize, f64)] {
+        let start = if p == 0 { 0 } else { self.ends[p - 1] };
+        &self.entries[start..self.ends[p]]
+    }
+
+    pub fn transpose_apply(&self, by_nodes: &[f64], by_points: &mut [f64]) {
+        for (p, value) in by_points.iter_mut().enumerate().take(self.points()) {
+            *value = self.column(p).iter().map(|(i, weight)| weight * by_nodes[*i]).sum();
+        }
+    }
+}
+
+fn wake_speeds<S: Global>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Vec<S> {
+    (0..wake_mass.len())
+        .map(|k| {
+            let mut speed = S::weighted_sum(node_mass, flow.wake_by_nodes.column(k).as_slice()) + flow.wake_inviscid[k];
+            for (l, m) in wake_mass.iter().enumerate() {
+                speed += flow.wake_by_wake[(k, l)] * m;
+            }
+            speed
+        })
+        .collect()
+}
+
+/// Pressure-relevant strengths at the nodes of the section.
+pub(crate) fn node_strengths(
+    section: &SectionResponse,
+    flow: &FlowResponse,
+    node_mass: &[f64],
+    wake_mass: &[f64],
+) -> Vec<f64> {
+    let mut smoothed = node_mass.to_vec();
+    super::response::smooth(&mut smoothed);
+    let mut strengths = flow.inviscid.clone();
+    let surface = section.nodes.column_iter().zip(&smoothed);
+    for (column, mass) in surface.chain(flow.nodes_by_wake.column_iter().zip(wake_mass)) {
+        add_scaled(&mut strengths, *mass, column.as_slice());
+    }
+    strengths
+}
+
+/// Value of a function over the node index given by its spline coefficients.
+pub(crate) fn value_at(section: &SectionResponse, coefficients: &[f64], t: f64) -> f64 {
+    combine_real(&section.map.spline.weights(t), coefficients)
+}

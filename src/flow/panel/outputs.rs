@@ -1,0 +1,217 @@
+//! The coefficients of a solution: how each follows from what the solver found, and what it depends on directly.
+
+use super::adjoint::{Solved, output_gradient, through_defects};
+use super::compressibility::{KarmanTsien, PanelEdge, panel_loads};
+use super::coupling::response::SectionResponse;
+use super::coupling::surface::combine_real;
+use super::coupling::system::Reduced;
+use super::outline::TrailingEdge;
+use crate::flow::coefficients::Coefficients;
+use crate::flow::duals::{Dual2, Dual8, gradient};
+use crate::flow::layer::{Change, Derived, Regime, Side, State};
+use crate::flow::linear::dot;
+use crate::flow::search::Equations;
+use crate::scalar::Scalar;
+use nalgebra::DMatrix;
+use num_dual::DualNum;
+use std::f64::consts::FRAC_PI_2;
+
+/// What follows from the speed along the surface alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SurfaceValues {
+    pub cl: f64,
+    pub cm: f64,
+    pub cp_min: f64,
+}
+
+/// What a coefficient depends on directly, the rest held: the strengths at the nodes are a variable of their own.
+#[derive(Debug, Clone)]
+pub(super) struct Direct {
+    /// Derivatives with respect to the strengths at the nodes.
+    pub strengths: Vec<f64>,
+    /// Derivatives with respect to the [balanced](super::outline::balance) nodes.
+    pub balanced: Vec<[f64; 2]>,
+    /// Derivatives with respect to the nodes as given.
+    pub given: Vec<[f64; 2]>,
+    /// Derivatives with respect to the node indices of points along the surface, which are given by their numbers.
+    pub index: Vec<(usize, f64)>,
+    /// Derivatives with respect to the unknowns.
+    pub unknowns: Change,
+    pub alpha: f64,
+    pub mach: f64,
+    pub reynolds: f64,
+}
+
+impl Direct {
+    fn none(nodes: usize, stations: usize) -> Self {
+        Self {
+            strengths: vec![0.0; nodes],
+            balanced: vec![[0.0; 2]; nodes],
+            given: vec![[0.0; 2]; nodes],
+            index: Vec::new(),
+            unknowns: Change::zeros(stations),
+            alpha: 0.0,
+            mach: 0.0,
+            reynolds: 0.0,
+        }
+    }
+}
+
+/// The coefficients of a solution.
+pub(super) fn values(solved: &Solved) -> Coefficients {
+    let system = &solved.system;
+    let SurfaceValues { cl, cm, cp_min } =
+        surface_values(system.section, solved.strengths, system.flow.alpha, solved.stream.mach);
+    let cd = drag(&solved.at.derived[solved.at.derived.len() - 1]).re;
+    Coefficients { cl, cd, cm, cp_min, transition: Side::BOTH.map(|side| transition(solved, side).x) }
+}
+
+/// What the coefficients of a solution depend on directly.
+pub(super) fn direct(solved: &Solved) -> Coefficients<Direct> {
+    let numbering = solved.at.numbering;
+    let mut all = Coefficients::<()>::default().map(|()| Direct::none(solved.nodes.len(), numbering.stations()));
+    let Coefficients { cl, cd, cm, cp_min, transition: transitions } = &mut all;
+    add_loads(solved, [cl, cm]);
+    add_lowest_pressure(solved, cp_min);
+    add_drag(solved, cd);
+    for (side, direct) in Side::BOTH.into_iter().zip(transitions) {
+        let Transition { point, slope, by_abscissas, .. } = transition(solved, side);
+        direct.index.push((point, slope));
+        for (given, by_x) in direct.given.iter_mut().zip(by_abscissas) {
+            given[0] = by_x;
+        }
+    }
+    all
+}
+
+/// Derivative of the lift coefficient by the angle of attack (per radian), the wake staying where it is.
+pub(super) fn lift_slope(solved: &Solved, reduced: &Reduced) -> f64 {
+    let system = &solved.system;
+    let mut cl = Direct::none(solved.nodes.len(), solved.at.numbering.stations());
+    add_loads(solved, [&mut cl, &mut Direct::none(solved.nodes.len(), 0)]);
+    let strengths = DMatrix::from_row_slice(1, cl.strengths.len(), &cl.strengths);
+    let (by_nodes, by_wake) = through_defects(system, &strengths);
+    let by_unknowns = output_gradient(solved, &cl, by_nodes.as_slice(), by_wake.as_slice());
+    let turning = system.flow.onset(system.section, system.flow.alpha + FRAC_PI_2);
+    cl.alpha + dot(&cl.strengths, &turning.inviscid) + by_unknowns.dot(&system.by_angle(solved.at, reduced))
+}
+
+fn panel_count(section: &SectionResponse) -> usize {
+    match section.panels.outline.trailing_edge {
+        TrailingEdge::Blunt => section.len(),
+        TrailingEdge::Sharp => section.len() - 1,
+    }
+}
+
+/// Lift, moment and lowest pressure for vortex strengths at the nodes.
+pub(super) fn surface_values(section: &SectionResponse, strengths: &[f64], alpha: f64, mach: f64) -> SurfaceValues {
+    let correction = KarmanTsien::new(mach);
+    let wind = [alpha.cos(), alpha.sin()];
+    let (mut cl, mut cm) = (0.0, 0.0);
+    for j in 0..panel_count(section) {
+        let next = (j + 1) % section.len();
+        let cp = [strengths[j], strengths[next]].map(|q| correction.pressure(q));
+        let [lift, moment] = panel_loads(section.panels.outline.panel(j), cp, wind);
+        cl += lift;
+        cm += moment;
+    }
+    SurfaceValues { cl, cm, cp_min: correction.pressure(highest_speed(section, strengths).1) }
+}
+
+/// Adds what lift and moment depend on.
+fn add_loads(solved: &Solved, mut loads: [&mut Direct; 2]) {
+    let (section, strengths) = (solved.system.section, solved.strengths);
+    let unit = |v: f64, k: usize| Dual8::from_re(v).derivative(k);
+    let (sin, cos) = unit(solved.system.flow.alpha, 6).sin_cos();
+    let correction = KarmanTsien::new(unit(solved.stream.mach, 7));
+    for j in 0..panel_count(section) {
+        let next = (j + 1) % section.len();
+        let [a, b] = section.panels.outline.panel(j);
+        let panel = [[unit(a[0], 0), unit(a[1], 1)], [unit(b[0], 2), unit(b[1], 3)]];
+        let cp = [unit(strengths[j], 4), unit(strengths[next], 5)].map(|q| correction.pressure(q));
+        for (load, direct) in panel_loads(panel, cp, [cos, sin]).iter().zip(&mut loads) {
+            let g = gradient(load);
+            for (end, node) in [j, next].into_iter().enumerate() {
+                direct.balanced[node][0] += g[2 * end];
+                direct.balanced[node][1] += g[2 * end + 1];
+                direct.strengths[node] += g[4 + end];
+            }
+            direct.alpha += g[6];
+            direct.mach += g[7];
+        }
+    }
+}
+
+/// Where the spline of the speed is highest, and that speed.
+fn highest_speed(section: &SectionResponse, strengths: &[f64]) -> (f64, f64) {
+    let spline = &section.map.spline;
+    let c = spline.coefficients(strengths);
+    let last = strengths.len() - 1;
+    let node = (1..=last).fold(0, |best, i| if strengths[i].abs() >= strengths[best].abs() { i } else { best });
+    let sign = strengths[node].signum();
+    let slope = |t: f64| sign * combine_real::<f64>(&spline.slope_weights(t), &c);
+    let (mut low, mut high) = (node.saturating_sub(1) as f64, (node + 1).min(last) as f64);
+    let at = if slope(low) <= 0.0 {
+        low
+    } else if slope(high) >= 0.0 {
+        high
+    } else {
+        // bisection to the last bit: the slope falls through zero between them
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if slope(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    };
+    (at, combine_real(&spline.weights(at), &c))
+}
+
+/// Adds what the lowest pressure depends on: to first order the place of the peak does not matter.
+fn add_lowest_pressure(solved: &Solved, direct: &mut Direct) {
+    let spline = &solved.system.section.map.spline;
+    let (at, peak) = highest_speed(solved.system.section, solved.strengths);
+    let unit = |v: f64, k: usize| Dual2::from_re(v).derivative(k);
+    let [by_speed, by_mach] = gradient(&KarmanTsien::new(unit(solved.stream.mach, 1)).pressure(unit(peak, 0)));
+    direct.strengths = spline.values_transposed(at, by_speed);
+    direct.mach = by_mach;
+}
+
+/// Drag from the last station of the wake (Squire & Young): 2 θ u^((5 + H)/2).
+fn drag<S: Scalar>(end: &Derived<S>) -> S {
+    (end.state.log_theta + end.log_speed * (end.shape + 5.0) * 0.5).exp() * 2.0
+}
+
+/// Adds what drag depends on: the last station, and the gas by which that is seen.
+fn add_drag(solved: &Solved, direct: &mut Direct) {
+    let last = solved.at.derived.len() - 1;
+    direct.unknowns.stations[last] = State::gradient(&drag(&solved.at.derived[last]));
+    let [mach, reynolds] =
+        [Dual2::from_re(solved.stream.mach).derivative(0), Dual2::from_re(solved.stream.reynolds).derivative(1)];
+    let end = solved.unknowns.stations[last].map(Dual2::from_re);
+    [direct.mach, direct.reynolds] = gradient(&drag(&Derived::new(end, Regime::Wake, &PanelEdge::new(mach, reynolds))));
+}
+
+/// The last laminar point of a side.
+struct Transition {
+    x: f64,
+    /// Number of the point along the surface.
+    point: usize,
+    /// Derivatives of x with respect to the node index of the point and to the abscissas of the nodes as given.
+    slope: f64,
+    by_abscissas: Vec<f64>,
+}
+
+fn transition(solved: &Solved, side: Side) -> Transition {
+    let numbering = solved.at.numbering;
+    let point = numbering.point(side, numbering.laminar - 1);
+    let t = solved.at.positions.index[point].re;
+    let spline = &solved.system.section.map.spline;
+    let x: Vec<f64> = solved.nodes.iter().map(|p| p[0]).collect();
+    let c = spline.coefficients(&x);
+    Transition {
+        x: combine_real(&spline.weights(t), &c),
+        point,
+        slope: combine_real(&spline.slope_weights(t), &c),
+        by_abscissas: spline.values_transposed(t, 1.0),
+    }
+}

@@ -1,0 +1,198 @@
+//! What the panel solver remembers of a solution, and what it reads off it.
+
+use super::adjoint::{Solved, gradients};
+use super::compressibility::KarmanTsien;
+use super::coupling::response::{FlowResponse, SectionResponse};
+use super::coupling::speeds::{node_strengths, value_at};
+use super::coupling::system::{Linearised, Reduced, Stream, System};
+use super::outputs;
+use crate::flow::coefficients::{Coefficients, Gradients};
+use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
+use crate::flow::search::End;
+use crate::flow::solution::{Distributions, Record, StationFlow, Status};
+use std::sync::{Arc, OnceLock};
+
+/// Turbulent Hk above which the flow at the wall runs backwards.
+const REVERSED: f64 = 3.5;
+/// Largest extent of turbulent reversed flow the model is trusted with, over the length of a side.
+const REVERSED_EXTENT: f64 = 0.5;
+
+/// A solution of the panel solver.
+#[derive(Debug)]
+pub(crate) struct PanelRecord {
+    pub section: Arc<SectionResponse>,
+    pub flow: FlowResponse,
+    pub layout: Layout,
+    pub stream: Stream,
+    /// Nodes as given, on the surface.
+    pub nodes: Vec<[f64; 2]>,
+    pub unknowns: Unknowns,
+    at: Linearised,
+    /// The equations at the solution, eliminated and factorised when first needed.
+    reduced: OnceLock<Option<Reduced>>,
+    /// Vortex strengths at the nodes.
+    strengths: Vec<f64>,
+}
+
+/// What a flow was sought for.
+pub(super) struct Sought {
+    pub section: Arc<SectionResponse>,
+    pub flow: FlowResponse,
+    pub layout: Layout,
+    pub stream: Stream,
+    pub nodes: Vec<[f64; 2]>,
+}
+
+impl PanelRecord {
+    pub fn new(sought: Sought, end: End<Linearised>) -> Self {
+        let Sought { section, flow, layout, stream, nodes } = sought;
+        let End { unknowns, at, .. } = end;
+        let node_mass: Vec<f64> = at.speeds.node_mass.iter().map(|m| m.re).collect();
+        let strengths = node_strengths(&section, &flow, &node_mass, &at.mass[at.numbering.wake_start()..]);
+        Self { section, flow, layout, stream, nodes, unknowns, at, reduced: OnceLock::new(), strengths }
+    }
+
+    pub fn system(&self) -> System<'_> {
+        System::new(&self.section, &self.flow, &self.layout, self.stream)
+    }
+
+    pub fn solved(&self) -> Solved<'_> {
+        Solved {
+            system: self.system(),
+            unknowns: &self.unknowns,
+            at: &self.at,
+            strengths: &self.strengths,
+            stream: self.stream,
+            nodes: &self.nodes,
+        }
+    }
+
+    fn reduced(&self) -> Option<&Reduced> {
+        self.reduced.get_or_init(|| Reduced::new(&self.at)).as_ref()
+    }
+
+    pub fn coefficients(&self) -> Coefficients {
+        outputs::values(&self.solved())
+    }
+
+    /// Derivative of the lift coefficient by the angle of attack (per radian), the wake staying where it is.
+    pub fn lift_slope(&self) -> Option<f64> {
+        Some(outputs::lift_slope(&self.solved(), self.reduced()?))
+    }
+
+    fn coordinate(&self, c: usize) -> Vec<f64> {
+        let values: Vec<f64> = self.nodes.iter().map(|p| p[c]).collect();
+        self.section.map.spline.coefficients(&values)
+    }
+
+    /// The place on the surface at a node index.
+    fn places(&self) -> impl Fn(f64) -> [f64; 2] + '_ {
+        let [x, y] = [0, 1].map(|c| self.coordinate(c));
+        move |t| [value_at(&self.section, &x, t), value_at(&self.section, &y, t)]
+    }
+
+    /// x of the stagnation point, in chords.
+    pub fn stagnation(&self) -> f64 {
+        self.places()(self.at.positions.index[self.at.numbering.side].re)[0]
+    }
+
+    fn station(&self, k: usize, correction: &KarmanTsien<f64>, s: f64, at: [f64; 2]) -> StationFlow {
+        let d = self.at.derived[k].map(|v| v.re);
+        let laminar = self.at.numbering.regime(k) == Regime::Laminar;
+        StationFlow {
+            s,
+            x: at[0],
+            y: at[1],
+            edge_velocity: d.log_speed.exp(),
+            cp: correction.pressure(d.state.speed()),
+            momentum_thickness: d.theta,
+            displacement_thickness: d.displacement,
+            shape_parameter: d.hk,
+            skin_friction: d.friction,
+            amplification: if laminar { d.state.amplification() } else { 0.0 },
+            shear_stress: if laminar { 0.0 } else { d.stress * d.stress },
+        }
+    }
+
+    fn side_flow(&self, side: Side) -> Vec<StationFlow> {
+        let (numbering, positions) = (self.at.numbering, &self.at.positions);
+        let (place, correction) = (self.places(), KarmanTsien::new(self.stream.mach));
+        (0..numbering.side)
+            .map(|j| {
+                let at = place(positions.index[numbering.point(side, j)].re);
+                let s = positions.abscissas[side.index()][j].re;
+                self.station(numbering.station(side, j), &correction, s, at)
+            })
+            .collect()
+    }
+
+    fn wake_flow(&self) -> Vec<StationFlow> {
+        let first = self.at.numbering.wake_start();
+        let (distances, correction) = (&self.section.wake_distances, KarmanTsien::new(self.stream.mach));
+        let nodes = self.flow.wake_nodes.iter().enumerate();
+        nodes.map(|(j, at)| self.station(first + j, &correction, distances[j], *at)).collect()
+    }
+
+    /// Wall shear stress along the onset flow, by the trapezoidal rule over the stations.
+    pub fn friction_drag(&self) -> f64 {
+        let (sin, cos) = self.flow.alpha.sin_cos();
+        let law = self.system().layer.law;
+        let (numbering, place) = (self.at.numbering, self.places());
+        let along = |t: f64| {
+            let [x, y] = place(t);
+            x * cos + y * sin
+        };
+        let mut drag = 0.0;
+        for side in Side::BOTH {
+            let (mut before, mut stress_before) = (along(self.at.positions.index[numbering.side].re), 0.0);
+            for j in 0..numbering.side {
+                let station = &self.at.derived[numbering.station(side, j)];
+                let edge = law.edge(station.state.log_speed.re.exp());
+                let stress = station.friction.re * edge.density * edge.speed * edge.speed;
+                let here = along(self.at.positions.index[numbering.point(side, j)].re);
+                drag += 0.5 * (stress + stress_before) * (here - before);
+                (before, stress_before) = (here, stress);
+            }
+        }
+        drag
+    }
+
+    /// Whether a converged flow is within the model.
+    pub fn status(&self) -> Status {
+        let mach = self.at.derived.iter().map(|d| d.mach2.re).fold(0.0, f64::max).sqrt();
+        if mach > 1.0 {
+            // the Kármán-Tsien correction does not hold, shocks and their drag are missing
+            let reason = format!("(local Mach number {mach:.2}): shocks are beyond this solver").into();
+            return Status::OutsideModel { name: "supersonic".into(), value: mach, reason };
+        }
+        let extent = Side::BOTH.map(|side| self.reversed(side)).into_iter().fold(0.0, f64::max);
+        if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged }
+    }
+
+    /// Length of turbulent reversed flow over the length of the side.
+    fn reversed(&self, side: Side) -> f64 {
+        let numbering = self.at.numbering;
+        let x = &self.at.positions.abscissas[side.index()];
+        let shape = |j: usize| self.at.derived[numbering.station(side, j)].hk.re;
+        let reversed = (numbering.laminar + 1..numbering.side).filter(|&j| shape(j) > REVERSED);
+        reversed.map(|j| x[j].re - x[j - 1].re).sum::<f64>() / x[numbering.side - 1].re
+    }
+}
+
+impl Record for PanelRecord {
+    fn gradients(&self) -> Option<Gradients> {
+        Some(gradients(&self.solved(), self.reduced()?))
+    }
+
+    fn distributions(&self) -> Distributions {
+        let correction = KarmanTsien::new(self.stream.mach);
+        let pressure = |speeds: &[f64]| speeds.iter().map(|&q| correction.pressure(q)).collect();
+        Distributions {
+            cp: pressure(&self.strengths),
+            cp_inviscid: pressure(&self.flow.inviscid),
+            upper: self.side_flow(Side::Upper),
+            lower: self.side_flow(Side::Lower),
+            wake: self.wake_flow(),
+        }
+    }
+}

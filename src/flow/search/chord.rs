@@ -1,0 +1,81 @@
+//! Steps with a Jacobian that is kept: cheap ones near the solution.
+//!
+//! A full Newton step linearises, eliminates and factorises; near the solution the last factors still do. Broyden's
+//! rank-one corrections (Broyden 1965; in the form of Kelley, "Iterative Methods for Linear and Nonlinear Equations",
+//! 1995, chapter 7) learn from every step how the Jacobian has changed, so that the residuals fall ever faster. Only
+//! residuals are evaluated, in `f64`.
+
+use super::{Equations, Residuals};
+use crate::flow::layer::{Change, Side, Unknowns, is_inside};
+
+/// A step is worth following if it leaves at most this share of the residuals.
+const CONTRACTION: f64 = 0.2;
+/// Most steps with one Jacobian.
+const STEPS: usize = 8;
+
+fn shifted(unknowns: &Unknowns, change: &Change) -> Unknowns {
+    let mut next = unknowns.clone();
+    next.add(change, 1.0);
+    next
+}
+
+/// Whether stagnation and transition stand where stations can be laid.
+fn sensible(system: &impl Equations, unknowns: &Unknowns) -> bool {
+    Side::BOTH.into_iter().all(|side| {
+        let length = unknowns.side_length(side, system.layer().total);
+        length > 0.0 && is_inside(unknowns.transition[side.index()], length)
+    })
+}
+
+/// A factorised Jacobian with the norm of the residuals where it was taken.
+pub(super) struct Kept<'a, E: Equations> {
+    pub system: &'a E,
+    pub at: &'a E::At,
+    pub factors: &'a E::Factors,
+    pub norm: f64,
+}
+
+impl<E: Equations> Kept<'_, E> {
+    /// Follows the step `first` from `unknowns`, where the Jacobian was taken, as long as every step leaves less than
+    /// [`CONTRACTION`] of the residuals. `None` where not even the first does.
+    ///
+    /// Where the residuals came below `tolerance`, one more step is taken without a look at its result.
+    pub fn follow(&self, unknowns: &Unknowns, first: &Change, tolerance: f64) -> Option<Unknowns> {
+        let mut steps = vec![first.clone()];
+        let mut squares = vec![first.dot(first)];
+        let mut reached: Option<Unknowns> = None;
+        let mut before = self.norm;
+        for _ in 0..STEPS {
+            let last = steps.len() - 1;
+            let candidate = shifted(reached.as_ref().unwrap_or(unknowns), &steps[last]);
+            if !sensible(self.system, &candidate) {
+                break;
+            }
+            let evaluated = self.system.residuals(&candidate);
+            let now = evaluated.norm();
+            if !(now <= CONTRACTION * before) {
+                break;
+            }
+            let mut next = self.system.solve(self.at, self.factors, &evaluated);
+            for k in 0..last {
+                let factor = steps[k].dot(&next) / squares[k];
+                next.add(&steps[k + 1], factor);
+            }
+            let along = steps[last].dot(&next) / squares[last];
+            next.stretch(1.0 / (1.0 - along));
+            if !next.is_finite() {
+                break;
+            }
+            let largest = evaluated.largest();
+            // what the next step will leave, by the contraction so far and ten times that
+            if largest <= tolerance || 10.0 * largest * (now / before) <= tolerance {
+                return Some(shifted(&candidate, &next));
+            }
+            before = now;
+            reached = Some(candidate);
+            squares.push(next.dot(&next));
+            steps.push(next);
+        }
+        reached
+    }
+}

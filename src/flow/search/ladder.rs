@@ -1,0 +1,201 @@
+//! Ways to a converged flow where the direct one fails, cheapest first: other numbers of stations, then branches of
+//! solutions from conditions that are easier.
+
+use super::branch::{Parameter, follow};
+use super::budget::Budget;
+use super::place::{Place, temporary_trips};
+use super::{Effort, End, Equations, Family, newton};
+use crate::flow::Attempt;
+use crate::flow::layer::transport::resample;
+use crate::flow::layer::{Layout, Unknowns};
+
+/// Work of the last hope.
+const LAST_HOPE: f64 = 100.0;
+/// Iterations of one attempt.
+const PROJECTED: usize = 18;
+const DIRECT: usize = 25;
+/// Iterations without progress after which an attempt is given up: fewer than elsewhere, there are others.
+const PATIENCE: usize = 5;
+/// Residual of the solutions that are only a start.
+pub(super) const TOLERANCE: f64 = 1e-5;
+/// Laminar stations of the coarser and finer layouts tried, over those wanted.
+const LAYOUTS: [f64; 2] = [0.6, 0.8];
+const MORE_LAYOUTS: [f64; 2] = [0.45, 1.25];
+/// Laminar stations of the layouts tried as a last hope, over those wanted.
+const SPARE_LAYOUTS: [f64; 4] = [0.9, 0.7, 1.1, 0.35];
+/// Stations of the layouts on which branches are followed, over those wanted.
+const BRANCH_LAYOUTS: [f64; 2] = [0.6, 1.0];
+/// Angles of attack from which branches are followed, in degrees from the one wanted, positive to higher lift by
+/// magnitude.
+const NEAR: [f64; 2] = [-2.0, -4.0];
+const FAR: [f64; 3] = [-8.0, 2.0, 4.0];
+const ANGLES_WITH_TRIPS: [f64; 2] = [-4.0, -8.0];
+/// Temporary trips from which to start, over the lengths of the sides.
+const EARLY_TRIP: f64 = 0.02;
+
+/// What a search found: the solution and the layout of its stations.
+pub(crate) type Found<A> = (End<A>, Layout);
+
+/// Tries everything for a flow of which `attempts` have been made; `outer` is the outer flow at the angle wanted. `None`
+/// where nothing converged. With it what was tried.
+pub(crate) fn climb<F: Family>(
+    family: &F,
+    outer: &F::Outer,
+    attempts: Vec<Attempt>,
+) -> (Option<Found<F::At>>, Vec<Attempt>) {
+    Ladder { family, outer, budget: Budget::new(family.layout(), attempts), spare: None }.climb()
+}
+
+/// The search for one flow.
+pub(super) struct Ladder<'a, F: Family> {
+    pub family: &'a F,
+    pub outer: &'a F::Outer,
+    pub budget: Budget,
+    /// A solution with other numbers of stations from which none with those wanted was reached.
+    pub spare: Option<(Layout, Unknowns)>,
+}
+
+impl<F: Family> Ladder<'_, F> {
+    pub fn climb(mut self) -> (Option<Found<F::At>>, Vec<Attempt>) {
+        let found = self
+            .other_layouts(&LAYOUTS)
+            .or_else(|| self.by_angles(&NEAR))
+            .or_else(|| self.other_layouts(&MORE_LAYOUTS))
+            .or_else(|| self.by_trips())
+            .or_else(|| self.by_angles_with_trips())
+            .or_else(|| self.by_angles(&FAR));
+        let found = match found {
+            Some(end) => Some((end, self.family.layout().clone())),
+            None => self.with_other_stations(),
+        };
+        (found, self.budget.attempts)
+    }
+
+    /// A last hope with more layouts; then the flow with other numbers of stations than those wanted, where that is all
+    /// there is.
+    fn with_other_stations(&mut self) -> Option<Found<F::At>> {
+        let family = self.family;
+        if self.spare.is_none() {
+            self.budget.grant(LAST_HOPE);
+            if let Some(end) = self.other_layouts(&SPARE_LAYOUTS) {
+                return Some((end, family.layout().clone()));
+            }
+        }
+        let (layout, start) = self.spare.take()?;
+        let end = {
+            let system = family.equations(self.outer, &layout, family.trips());
+            newton::solve(&system, start, Effort::new(family.tolerance(), DIRECT))
+        };
+        self.budget.note(&format!("{} laminar stations for good", layout.laminar.len()), &end);
+        end.converged.then_some((end, layout))
+    }
+
+    /// The two quick ways: directly, and with a march after each step.
+    fn quick(&mut self, system: &F::Equations<'_>, start: Unknowns, tolerance: f64, what: &str) -> Option<End<F::At>> {
+        let effort = Effort { patience: PATIENCE, ..Effort::new(tolerance, DIRECT) };
+        let end = newton::solve(system, start.clone(), effort);
+        self.budget.note(what, &end);
+        if end.converged {
+            return Some(end);
+        }
+        let end = newton::solve_projected(system, start, tolerance, PROJECTED);
+        self.budget.note(&format!("{what}, a march after each step"), &end);
+        end.converged.then_some(end)
+    }
+
+    /// Solves with other numbers of stations and takes that as a start.
+    fn other_layouts(&mut self, shares: &[f64]) -> Option<End<F::At>> {
+        let family = self.family;
+        shares.iter().find_map(|share| {
+            if self.budget.exhausted() {
+                return None;
+            }
+            let wanted = family.layout();
+            let laminar = ((wanted.laminar.len() as f64 * share) as usize).max(15);
+            let layout = Layout::new(laminar, wanted.turbulent.len(), wanted.wake);
+            let what = format!("{laminar} laminar stations");
+            let unknowns = {
+                let system = family.equations(self.outer, &layout, family.trips());
+                self.quick(&system, system.march(), TOLERANCE, &what)?.unknowns
+            };
+            self.land(&layout, &unknowns, &what)
+        })
+    }
+
+    /// From a solution on another layout to the one wanted.
+    fn land(&mut self, layout: &Layout, from: &Unknowns, what: &str) -> Option<End<F::At>> {
+        let family = self.family;
+        let system = family.equations(self.outer, family.layout(), family.trips());
+        let start = resample(layout, family.layout(), from, family.total());
+        let end = self.quick(&system, start, family.tolerance(), &format!("from {what}"));
+        if end.is_none() && self.spare.as_ref().is_none_or(|(l, _)| l.laminar.len() < layout.laminar.len()) {
+            self.spare = Some((layout.clone(), from.clone()));
+        }
+        end
+    }
+
+    fn fewer(&self, share: f64) -> Layout {
+        let Layout { laminar, turbulent, wake } = self.family.layout();
+        let fewer = |stations: &[f64]| ((stations.len() as f64 * share).round() as usize).max(12);
+        Layout::new(fewer(laminar), fewer(turbulent), *wake)
+    }
+
+    /// Solves at a neighbouring angle of attack and follows the branch from there.
+    fn by_angles(&mut self, angles: &[f64]) -> Option<End<F::At>> {
+        angles.iter().find_map(|by| {
+            let turned = by * self.family.lift_sign();
+            let what = format!("{turned:+} degrees");
+            self.by_place(&what, Place { turned, ..Place::default() }, &[Parameter::Angle])
+        })
+    }
+
+    /// Solves with trips close to the nose and follows the branch along which they move downstream.
+    fn by_trips(&mut self) -> Option<End<F::At>> {
+        let what = format!("trips at {EARLY_TRIP} of the sides");
+        self.by_place(&what, Place { trips: EARLY_TRIP, ..Place::default() }, &[Parameter::Trips])
+    }
+
+    /// Solves with trips close to the nose at a neighbouring angle of attack: first the angle changes back, then the trips
+    /// move downstream.
+    fn by_angles_with_trips(&mut self) -> Option<End<F::At>> {
+        ANGLES_WITH_TRIPS.into_iter().find_map(|by| {
+            let turned = by * self.family.lift_sign();
+            let what = format!("trips at {EARLY_TRIP} of the sides, {turned:+} degrees");
+            let place = Place { turned, trips: EARLY_TRIP };
+            self.by_place(&what, place, &[Parameter::Angle, Parameter::Trips])
+        })
+    }
+
+    /// Solves at a place that is easier than the one wanted and follows branches along one parameter after the other.
+    fn by_place(&mut self, what: &str, place: Place, parameters: &[Parameter]) -> Option<End<F::At>> {
+        BRANCH_LAYOUTS.into_iter().find_map(|share| {
+            if self.budget.exhausted() {
+                return None;
+            }
+            let layout = self.fewer(share);
+            let mut place = place;
+            let mut at = start_of_branch(self.family, &mut self.budget, &layout, place, what)?;
+            for &parameter in parameters {
+                at = follow(self.family, &mut self.budget, &layout, what, at, (parameter, place))?;
+                place = parameter.at(0.0, &place);
+            }
+            self.land(&layout, &at, what)
+        })
+    }
+}
+
+/// A solution at a place, by the direct way.
+pub(super) fn start_of_branch<F: Family>(
+    family: &F,
+    budget: &mut Budget,
+    layout: &Layout,
+    place: Place,
+    what: &str,
+) -> Option<Unknowns> {
+    let outer = family.turned(place.turned.to_radians());
+    let system = family.equations(&outer, layout, temporary_trips(family, place.trips));
+    let effort = Effort { patience: PATIENCE, ..Effort::new(TOLERANCE, DIRECT) };
+    let end = newton::solve(&system, system.march(), effort);
+    budget.note(what, &end);
+    end.converged.then_some(end.unknowns)
+}

@@ -1,0 +1,121 @@
+//! Newton's method with step limits.
+
+use super::chord::Kept;
+use super::{Effort, End, Equations, Residuals};
+use crate::flow::layer::transport::Profiles;
+use crate::flow::layer::{Change, Side, Unknowns};
+
+/// A residual below this that no longer falls is round-off: the flow is converged.
+const ROUND_OFF: f64 = 1e-8;
+
+/// Growth of the norm of the residuals that a step may bring, and the norm below which it may grow at will.
+const GROWTH: f64 = 1.3;
+const SMALL: f64 = 0.3;
+/// Lengths of one step tried.
+const SHORTER: usize = 4;
+/// Norm of the residuals from which on Newton's method needs no help.
+const NEAR: f64 = 1e-2;
+
+impl<E: Equations> Kept<'_, E> {
+    /// The step shortened until what it leaves to do, by the same Jacobian, is no more than there was (natural
+    /// monotonicity; Deuflhard, "Newton Methods for Nonlinear Problems", 2004, section 3.3), and the residuals have not
+    /// grown much.
+    ///
+    /// Each length is tried with the layer staying where it is when the stations move, and with the layer moving along:
+    /// the one suits long moves of transition, the other what is sharp and close to it.
+    fn limited(&self, profiles: &Profiles, unknowns: &Unknowns, change: &Change, mut factor: f64) -> Unknowns {
+        let layer = self.system.layer();
+        let wanted = layer.size(unknowns, change);
+        let bound = (GROWTH * self.norm).max(SMALL);
+        let good = |next: &Unknowns| {
+            let there = self.system.residuals(next);
+            there.norm() <= bound && layer.size(unknowns, &self.system.solve(self.at, self.factors, &there)) <= wanted
+        };
+        for _ in 0..SHORTER {
+            let moving = layer.moved(unknowns, change, factor);
+            let staying = layer.staying(profiles, moving.clone());
+            if good(&staying) {
+                return staying;
+            }
+            if good(&moving) {
+                return moving;
+            }
+            factor *= 0.3;
+        }
+        layer.moved(unknowns, change, factor)
+    }
+}
+
+/// Iterates from `start` until the largest residual is below the tolerance, or the effort is spent.
+pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -> End<E::At> {
+    let Effort { tolerance, iterations: limit, patience, reach } = effort;
+    // a residual that falls no further, but is small, is round-off
+    let round_off = ROUND_OFF.min(100.0 * tolerance);
+    let layer = system.layer();
+    let mut unknowns = start;
+    let mut at = system.linearise(&unknowns);
+    let mut best = (f64::INFINITY, 0);
+    for iteration in 0..=limit {
+        let residuals = system.residuals_at(&at);
+        let (residual, norm) = (residuals.largest(), residuals.norm());
+        if residual <= tolerance {
+            return End { unknowns, at, residual, iterations: iteration, converged: true };
+        }
+        let stopped = |unknowns, at, converged| End { unknowns, at, residual, iterations: iteration, converged };
+        if iteration == limit || !residual.is_finite() {
+            return stopped(unknowns, at, residual <= round_off);
+        }
+        let Some(factors) = system.factorise(&at) else { return stopped(unknowns, at, false) };
+        let change = system.solve(&at, &factors, residuals);
+        let far = |side: Side| change.transition[side.index()].abs() > reach * unknowns.side_length(side, layer.total);
+        if !change.is_finite() || (iteration == 0 && Side::BOTH.into_iter().any(far)) {
+            return stopped(unknowns, at, false);
+        }
+        if norm < 0.9 * best.0 {
+            best = (norm, iteration);
+        }
+        if iteration > best.1 + patience || (norm < ROUND_OFF && norm > 0.5 * best.0 && iteration > best.1) {
+            return stopped(unknowns, at, residual <= round_off);
+        }
+        let profiles = layer.profiles(&unknowns);
+        let factor = layer.admissible_factor(&profiles, &unknowns, &change);
+        let kept = Kept { system, at: &at, factors: &factors, norm };
+        let quick = if factor == 1.0 { kept.follow(&unknowns, &change, tolerance) } else { None };
+        unknowns = quick.unwrap_or_else(|| kept.limited(&profiles, &unknowns, &change, factor));
+        at = system.linearise(&unknowns);
+    }
+    let residual = system.residuals_at(&at).largest();
+    End { unknowns, at, residual, iterations: limit, converged: false }
+}
+
+/// As [`solve`], with every state put back onto the boundary-layer equations while the speeds are far apart.
+pub(crate) fn solve_projected<E: Equations>(system: &E, start: Unknowns, tolerance: f64, limit: usize) -> End<E::At> {
+    let layer = system.layer();
+    let mut unknowns = start;
+    let mut at = system.linearise(&unknowns);
+    for iteration in 0..limit {
+        let residuals = system.residuals_at(&at);
+        let (residual, norm) = (residuals.largest(), residuals.norm());
+        if norm < NEAR {
+            let mut end = solve(system, unknowns.clone(), Effort::new(tolerance, 15));
+            if end.converged {
+                end.iterations += iteration;
+                return end;
+            }
+        }
+        let step = if residual.is_finite() && norm <= 1e3 {
+            system.factorise(&at).map(|factors| system.solve(&at, &factors, residuals)).filter(Change::is_finite)
+        } else {
+            None
+        };
+        let Some(change) = step else {
+            return End { unknowns, at, residual, iterations: iteration, converged: false };
+        };
+        let profiles = layer.profiles(&unknowns);
+        let factor = layer.admissible_factor(&profiles, &unknowns, &change);
+        unknowns = layer.project(&layer.staying(&profiles, layer.moved(&unknowns, &change, factor)));
+        at = system.linearise(&unknowns);
+    }
+    let residual = system.residuals_at(&at).largest();
+    End { unknowns, at, residual, iterations: limit, converged: false }
+}

@@ -1,0 +1,37 @@
+//! The door through which the rest of the crate sees every flow solver.
+
+use super::condition::Condition;
+use super::solution::Solution;
+use super::{FlowError, TrailingEdge};
+use std::fmt::Debug;
+
+/// A solver for the flow about a section.
+pub trait FlowSolver: Debug + Send + Sync {
+    /// The name of the solver in reports.
+    fn name(&self) -> &'static str;
+
+    /// Whether the solver takes an operating point.
+    ///
+    /// # Errors
+    /// [`FlowError::Condition`] for the first number out of range.
+    fn check(&self, condition: &Condition) -> Result<(), FlowError>;
+
+    /// Prepares a section: does once what all operating points share.
+    ///
+    /// `nodes` in chords, from the trailing edge over the upper surface to the nose and back along the lower surface; for
+    /// a sharp edge the first and the last are one point.
+    ///
+    /// # Errors
+    /// [`FlowError`] for nodes that make no section.
+    fn section(&self, nodes: &[[f64; 2]], trailing_edge: TrailingEdge) -> Result<Box<dyn FlowSection>, FlowError>;
+}
+
+/// A section prepared by a [`FlowSolver`].
+pub trait FlowSection: Debug + Send + Sync {
+    /// The flow at an operating point. `warm` is any solution of a neighbouring section or condition; the result does not
+    /// depend on it beyond the tolerance of the solver, and a solution of another solver is no help and no harm.
+    ///
+    /// # Errors
+    /// [`FlowError`] for a condition out of range. A flow that does not converge is a [`Solution`] whose status says so.
+    fn analyze(&self, condition: &Condition, warm: Option<&Solution>) -> Result<Solution, FlowError>;
+}
