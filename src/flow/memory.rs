@@ -7,6 +7,7 @@
 use nalgebra::DMatrix;
 use std::cell::RefCell;
 use std::ops::Deref;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::LocalKey;
 
 /// Most lists of a kind whose memory is kept.
@@ -123,6 +124,33 @@ pub(crate) fn give_back(matrix: &mut DMatrix<f64>) {
     keep::<f64>(std::mem::replace(matrix, DMatrix::zeros(0, 0)).data.into());
 }
 
+/// Results that depend on one number alone, such as the count of nodes, and are wanted again for every section.
+pub(crate) struct Memo<T>(Mutex<Vec<(usize, Arc<T>)>>);
+
+/// Most results that a [`Memo`] keeps; the oldest goes first.
+const MEMORIES: usize = 16;
+
+impl<T> Memo<T> {
+    pub const fn new() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+
+    /// The result for `key`, made where it is not known. Nobody waits while it is made.
+    pub fn get(&self, key: usize, make: impl FnOnce() -> T) -> Arc<T> {
+        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, value)) = known().iter().find(|(k, _)| *k == key) {
+            return Arc::clone(value);
+        }
+        let value = Arc::new(make());
+        let mut known = known();
+        if known.len() >= MEMORIES {
+            known.remove(0);
+        }
+        known.push((key, Arc::clone(&value)));
+        value
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,6 +162,21 @@ mod tests {
         give_back(&mut matrix);
         assert_eq!(large_zeros(4, 3), DMatrix::zeros(4, 3));
         assert_eq!(large_zeros(40, 3), DMatrix::zeros(40, 3));
+    }
+
+    #[test]
+    fn results_are_made_once() {
+        let memo = Memo::new();
+        let made = std::cell::Cell::new(0);
+        let square = |n: usize| {
+            *memo.get(n, || {
+                made.set(made.get() + 1);
+                n * n
+            })
+        };
+        assert_eq!((square(3), square(4), square(3), made.get()), (9, 16, 9, 2));
+        (0..2 * MEMORIES).for_each(|n| assert_eq!(square(n), n * n));
+        assert!(memo.0.lock().unwrap().len() <= MEMORIES);
     }
 
     #[test]

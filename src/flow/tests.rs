@@ -200,7 +200,9 @@ fn fixed_lift_finds_its_incidence() {
     assert!(held.cl.nodes.iter().flatten().all(|g| g.abs() < 1e-9));
     // drag at fixed lift against a second solution at another Reynolds number
     let h = 1e3;
-    let at = |x: f64| section.analyze(&Condition { reynolds: 5e6 + x, ..condition }, &TIGHT, Some(&s)).unwrap().coefficients.cd;
+    let at = |x: f64| {
+        section.analyze(&Condition { reynolds: 5e6 + x, ..condition }, &TIGHT, Some(&s)).unwrap().coefficients.cd
+    };
     let difference = (at(h) - at(-h)) / (2.0 * h);
     assert!((difference / held.cd.reynolds - 1.0).abs() < 1e-4, "{difference} {}", held.cd.reynolds);
 }

@@ -1,14 +1,16 @@
 //! Where the stations of the boundary layer stand: at fixed fractions of stagnation → transition → trailing edge.
 
+use crate::flow::memory::Memo;
 use crate::scalar::Scalar;
+use std::sync::Arc;
 
 /// Numbers of stations and their fractions; fixed for a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
     /// Fractions of the way to transition; the last is 1.
-    pub laminar: Vec<f64>,
+    pub laminar: Arc<Vec<f64>>,
     /// Fractions of the way from transition to the trailing edge; the last is 1.
-    pub turbulent: Vec<f64>,
+    pub turbulent: Arc<Vec<f64>>,
     /// Stations of the wake, which are its nodes.
     pub wake: usize,
 }
@@ -34,6 +36,9 @@ fn graded(count: usize, density: impl Fn(f64) -> f64) -> Vec<f64> {
     points
 }
 
+static LAMINAR: Memo<Vec<f64>> = Memo::new();
+static TURBULENT: Memo<Vec<f64>> = Memo::new();
+
 impl Layout {
     pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
         // laminar stations are dense at both ends: laminar separation ahead of transition, and a side that is laminar up
@@ -41,8 +46,8 @@ impl Layout {
         // parameter falls within some fifty momentum thicknesses (at a thin nose a thousandth of the side), and over the
         // last part of the side, where it rises towards separation
         Self {
-            laminar: graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.02 - x) + 1.0),
-            turbulent: graded(turbulent, |x| 1.0 / (0.0025 + x) + 2.0 / (1.03 - x)),
+            laminar: LAMINAR.get(laminar, || graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.02 - x) + 1.0)),
+            turbulent: TURBULENT.get(turbulent, || graded(turbulent, |x| 1.0 / (0.0025 + x) + 2.0 / (1.03 - x))),
             wake,
         }
     }
@@ -72,7 +77,7 @@ mod tests {
     #[test]
     fn fractions_rise_to_one() {
         let layout = Layout::new(30, 20, 5);
-        for f in [&layout.laminar, &layout.turbulent] {
+        for f in [&*layout.laminar, &*layout.turbulent] {
             assert!(f[0] > 0.0 && f.windows(2).all(|w| w[0] < w[1]));
             assert_eq!(f[f.len() - 1], 1.0);
         }

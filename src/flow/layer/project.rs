@@ -147,7 +147,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
             if let Some(crossing) = self.critical(side, &march.unknowns, &x) {
                 let profiles = Profiles::new(self.layout, &march.unknowns, self.total);
                 march.unknowns.transition[side.index()] = crossing;
-                profiles.place(self.layout, &mut march.unknowns, self.total);
+                profiles.place(&mut march.unknowns);
                 let x = march.unknowns.abscissas(self.layout, side, self.total);
                 march.side(side, &x, 0..laminar);
             }

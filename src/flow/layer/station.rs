@@ -123,6 +123,8 @@ pub(crate) enum Regime {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Derived<S> {
     pub state: State<S>,
+    /// The outer flow's unknown speed.
+    pub speed: S,
     pub theta: S,
     pub hk: S,
     /// H = δ*/θ, without the gap of the wake.
@@ -148,7 +150,8 @@ pub(crate) struct Derived<S> {
 impl<S: Scalar> Derived<S> {
     /// Evaluates the closure at a station.
     pub fn new(state: State<S>, regime: Regime, law: &impl EdgeLaw<Number = S>) -> Self {
-        let edge = law.edge(state.speed());
+        let speed = state.speed();
+        let edge = law.edge(speed);
         let theta = state.theta();
         let hk = state.kinematic_shape();
         let h = shape::shape_parameter(hk, edge.mach2);
@@ -156,6 +159,7 @@ impl<S: Scalar> Derived<S> {
         let zero = S::from(0.0);
         let mut result = Self {
             state,
+            speed,
             theta,
             hk,
             shape: h,
@@ -207,6 +211,7 @@ impl<S: Scalar> Derived<S> {
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> Derived<T> {
         Derived {
             state: self.state.map(f),
+            speed: f(self.speed),
             theta: f(self.theta),
             hk: f(self.hk),
             shape: f(self.shape),

@@ -99,7 +99,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
     /// The unknowns after a step that has [moved](Self::moved) them, the layer staying where it is when the stations move:
     /// `profiles` are those before the step.
     pub fn staying(&self, profiles: &Profiles, mut moved: Unknowns) -> Unknowns {
-        profiles.carry(self.layout, &mut moved, self.total);
+        profiles.carry(&mut moved);
         moved
     }
 

@@ -13,6 +13,7 @@ use super::unknowns::{Numbering, Side, Unknowns};
 #[derive(Debug, Clone)]
 pub(crate) struct Profiles {
     numbering: Numbering,
+    transition: [f64; 2],
     log_x: [Vec<f64>; 2],
     values: Vec<State>,
     slopes: Vec<State>,
@@ -46,7 +47,7 @@ impl Profiles {
                 }
             }
         }
-        Self { numbering, log_x, values, slopes }
+        Self { numbering, transition: unknowns.transition, log_x, values, slopes }
     }
 
     /// The change of the state at a fixed place that a step of all unknowns makes, to first order.
@@ -78,38 +79,43 @@ impl Profiles {
         values.step(&self.slopes[ka].zip(&self.slopes[kb], |a, b| a * s - b * t), h * t * s)
     }
 
-    /// The state found where station `j` of a side stands after the move, less its linear part.
-    fn beyond_first_order(&self, side: Side, j: usize, log_x: f64) -> State {
-        let own = self.numbering.station(side, j);
-        // abscissas are linear in what Newton's step changes
-        let moved = (log_x - self.log_x[side.index()][j]).exp_m1();
-        self.find(side, true, log_x).step(&self.values[own], -1.0).step(&self.slopes[own], -moved)
+    /// How far the laminar stations of a side move to those of `next`, in the logarithm of the distance from the stagnation
+    /// point: one number, as they stand at fixed shares of the way to transition.
+    fn shift(&self, side: Side, next: &Unknowns) -> f64 {
+        (next.transition[side.index()] / self.transition[side.index()]).ln()
     }
 
-    /// Puts the stations of `next`, whose transition and stagnation points have moved, back into the layer: the laminar
-    /// one stays where it is, the turbulent one moves with transition.
-    pub fn place(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
-        let log_x = logs(layout, next, total);
+    /// The laminar states of a side found where its stations stand after a shift, with their numbers.
+    fn found(&self, side: Side, shift: f64) -> impl Iterator<Item = (usize, State)> + '_ {
+        let log_x = self.log_x[side.index()][..self.numbering.laminar].iter();
+        let found = move |(j, x): (usize, &f64)| (self.numbering.station(side, j), self.find(side, true, x + shift));
+        log_x.enumerate().map(found)
+    }
+
+    /// Puts the stations of `next`, whose transition points have moved, back into the layer: the laminar one stays where it
+    /// is, the turbulent one moves with transition.
+    pub fn place(&self, next: &mut Unknowns) {
         for side in Side::BOTH {
-            for j in 0..self.numbering.laminar {
-                next.stations[self.numbering.station(side, j)] = self.find(side, true, log_x[side.index()][j]);
+            for (k, state) in self.found(side, self.shift(side, next)) {
+                next.stations[k] = state;
             }
         }
     }
 
     /// Adds to `next`, whose states have made their Newton step, what the move of the stations adds beyond first order.
-    pub fn carry(&self, layout: &Layout, next: &mut Unknowns, total: f64) {
-        let log_x = logs(layout, next, total);
+    pub fn carry(&self, next: &mut Unknowns) {
         for side in Side::BOTH {
-            for j in 0..self.numbering.laminar {
-                let state = &mut next.stations[self.numbering.station(side, j)];
-                *state = state.step(&self.beyond_first_order(side, j, log_x[side.index()][j]), 1.0);
+            let shift = self.shift(side, next);
+            for (k, found) in self.found(side, shift) {
+                // the linear part, in the change of the abscissa, is in Newton's step
+                let beyond = found.step(&self.values[k], -1.0).step(&self.slopes[k], -shift.exp_m1());
+                next.stations[k] = next.stations[k].step(&beyond, 1.0);
             }
         }
     }
 }
 
-/// The same layer on the stations of another layout.
+/// A layer on the stations of another layout.
 pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f64) -> Unknowns {
     let new = Numbering::new(to);
     let profiles = Profiles::new(from, unknowns, total);
@@ -156,7 +162,7 @@ mod tests {
                 next.stations[k] = next.stations[k].step(&profiles.slopes[k], moved);
             }
         }
-        profiles.carry(&layout, &mut next, 2.0);
+        profiles.carry(&mut next);
         let wanted = unknowns(&layout, 0.3, field);
         // the first stations come from before the old first one; the turbulent layer moves with transition
         for j in 4..layout.laminar.len() {

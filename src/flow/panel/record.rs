@@ -10,7 +10,7 @@ use crate::flow::coefficients::{Coefficients, Gradients};
 use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
 use crate::flow::search::End;
 use crate::flow::solution::{Distributions, Record, StationFlow, Status};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Turbulent Hk above which the flow at the wall runs backwards.
 const REVERSED: f64 = 3.5;
@@ -28,8 +28,6 @@ pub(crate) struct PanelRecord {
     pub nodes: Vec<[f64; 2]>,
     pub unknowns: Unknowns,
     at: Linearised,
-    /// The equations at the solution, eliminated and factorised when first needed.
-    reduced: OnceLock<Option<Reduced>>,
     /// Vortex strengths at the nodes.
     strengths: Vec<f64>,
 }
@@ -49,7 +47,7 @@ impl PanelRecord {
         let End { unknowns, at, .. } = end;
         let node_mass: Vec<f64> = at.speeds.node_mass.iter().map(|m| m.re).collect();
         let strengths = node_strengths(&section, &flow, &node_mass, &at.mass[at.numbering.wake_start()..]);
-        Self { section, flow, layout, stream, nodes, unknowns, at, reduced: OnceLock::new(), strengths }
+        Self { section, flow, layout, stream, nodes, unknowns, at, strengths }
     }
 
     pub fn system(&self) -> System<'_> {
@@ -67,17 +65,13 @@ impl PanelRecord {
         }
     }
 
-    fn reduced(&self) -> Option<&Reduced> {
-        self.reduced.get_or_init(|| Reduced::new(&self.at)).as_ref()
-    }
-
     pub fn coefficients(&self) -> Coefficients {
         outputs::values(&self.solved())
     }
 
     /// Derivative of the lift coefficient by the angle of attack (per radian), the wake staying where it is.
     pub fn lift_slope(&self) -> Option<f64> {
-        Some(outputs::lift_slope(&self.solved(), self.reduced()?))
+        Some(outputs::lift_slope(&self.solved(), &Reduced::new(&self.at)?))
     }
 
     fn coordinate(&self, c: usize) -> Vec<f64> {
@@ -104,7 +98,7 @@ impl PanelRecord {
             x: at[0],
             y: at[1],
             edge_velocity: d.log_speed.exp(),
-            cp: correction.pressure(d.state.speed()),
+            cp: correction.pressure(d.speed),
             momentum_thickness: d.theta,
             displacement_thickness: d.displacement,
             shape_parameter: d.hk,
@@ -147,7 +141,7 @@ impl PanelRecord {
             let (mut before, mut stress_before) = (along(self.at.positions.index[numbering.side].re), 0.0);
             for j in 0..numbering.side {
                 let station = &self.at.derived[numbering.station(side, j)];
-                let edge = law.edge(station.state.log_speed.re.exp());
+                let edge = law.edge(station.speed.re);
                 let stress = station.friction.re * edge.density * edge.speed * edge.speed;
                 let here = along(self.at.positions.index[numbering.point(side, j)].re);
                 drag += 0.5 * (stress + stress_before) * (here - before);
@@ -181,7 +175,7 @@ impl PanelRecord {
 
 impl Record for PanelRecord {
     fn gradients(&self) -> Option<Gradients> {
-        Some(gradients(&self.solved(), self.reduced()?))
+        Some(gradients(&self.solved(), &Reduced::new(&self.at)?))
     }
 
     fn distributions(&self) -> Distributions {

@@ -131,7 +131,7 @@ fn add_dead_air(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
     let gaps = wake::dead_air(&edge_frame_dual(nodes), layer.distances);
     let mut by_gap = vec![Lanes::zeros(); gaps.len()];
     for (j, by_gap) in by_gap.iter_mut().enumerate() {
-        *by_gap += lanes(&reverse.mass, |mass| mass[first + j]) * at.derived[first + j].state.log_speed.re.exp();
+        *by_gap += lanes(&reverse.mass, |mass| mass[first + j]) * at.derived[first + j].speed.re;
     }
     let law = layer.law.map(Dual2::from_re);
     for number in 1..gaps.len() {

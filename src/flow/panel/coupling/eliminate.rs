@@ -85,7 +85,7 @@ impl Elimination {
             Some(Link { upstream, own: apply(&residual, &defect), globals: times(&residual, &globals), residual })
         };
         let links = system.blocks.iter().enumerate().map(link).collect::<Option<_>>()?;
-        let speed = system.derived.iter().map(|d| d.state.log_speed.re.exp()).collect();
+        let speed = system.derived.iter().map(|d| d.speed.re).collect();
         Some(Self { links, speed })
     }
 

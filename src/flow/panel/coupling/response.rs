@@ -9,12 +9,14 @@ use super::surface::invert;
 use super::surface_map::SurfaceMap;
 use crate::flow::FlowError;
 use crate::flow::linear::product;
+use crate::flow::memory::Memo;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
 use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_lengths};
 use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::wake;
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 /// One section: panels, surface coordinate and response to its own mass defect.
 #[derive(Debug, Clone)]
@@ -26,7 +28,7 @@ pub(crate) struct SectionResponse {
     /// Transposed spline coefficients of [`nodes`](Self::nodes), smoothed defect: N × (N + 2).
     pub spline: DMatrix<f64>,
     /// The same of the flat-wall response over the node index, to be divided by the arc-length rate.
-    pub wall: DMatrix<f64>,
+    pub wall: Arc<DMatrix<f64>>,
     pub wake_distances: Vec<f64>,
 }
 
@@ -57,7 +59,7 @@ impl SectionResponse {
         panels.factors.solve(&mut rows);
         let nodes = rows.rows(0, n).into_owned();
         let spline = spline_rows(&map, &smooth_columns(&nodes));
-        let wall = spline_rows(&map, &smooth_columns(&wall_response(n)));
+        let wall = WALL.get(n, || spline_rows(&map, &smooth_columns(&wall_response(n))));
         let wake_distances = wake::distances(n - 1);
         Ok(Self { panels, map, nodes, spline, wall, wake_distances })
     }
@@ -124,6 +126,9 @@ fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
     }
     result
 }
+
+/// The flat-wall response over the node index is the same for all sections with so many nodes.
+static WALL: Memo<DMatrix<f64>> = Memo::new();
 
 /// Flat-wall speed at the nodes per defect at the nodes, over the node index.
 fn wall_response(n: usize) -> DMatrix<f64> {

@@ -6,6 +6,7 @@
 
 use crate::flow::linear::Linear;
 use crate::scalar::Scalar;
+use num_dual::Dual;
 
 /// Interpolating cubic spline over the integers 0 … n − 1, with constant second derivative in the two end intervals.
 #[derive(Debug, Clone)]
@@ -116,10 +117,8 @@ impl IndexSpline {
 
     /// Weights for the first derivative at `t`.
     pub fn slope_weights<S: Scalar>(&self, t: S) -> Weights<S> {
-        let (cell, u) = self.locate(t);
-        let v = -u + 1.0;
-        let inner = |u: S| (u * 1.5 - 2.0) * u;
-        (cell, [-(v * v * 0.5), inner(u), -inner(v), u * u * 0.5])
+        let (cell, weights) = self.weights(Dual::new(t, S::from(1.0)));
+        (cell, weights.map(|w| w.eps))
     }
 }
 

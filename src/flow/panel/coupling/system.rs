@@ -61,7 +61,7 @@ pub(crate) struct Linearised {
 /// dead air.
 pub(crate) fn mass_defect<S: Scalar>(station: &Derived<S>, gap: Option<S>) -> S {
     let displacement = gap.map_or(station.displacement, |gap| station.displacement + gap);
-    station.state.speed() * displacement
+    station.speed * displacement
 }
 
 impl<'a> System<'a> {
@@ -80,17 +80,13 @@ impl<'a> System<'a> {
     }
 
     /// Edge-speed residual of every station.
-    fn speed_residuals<S: Global>(&self, unknowns: &Unknowns, speeds: &EdgeSpeeds<S>) -> Vec<f64> {
+    fn speed_residuals<D: Scalar, S: Global>(&self, derived: &[Derived<D>], speeds: &EdgeSpeeds<S>) -> Vec<f64> {
         let numbering = self.layer.numbering();
-        (0..numbering.stations())
-            .map(|k| {
-                let speed = unknowns.stations[k].speed();
-                match numbering.on_side(k) {
-                    Some((side, j)) => speed - side.sign() * speeds.points[numbering.point(side, j)].re(),
-                    None => speed - speeds.wake[k - numbering.wake_start()].re(),
-                }
-            })
-            .collect()
+        let residual = |(k, station): (usize, &Derived<D>)| match numbering.on_side(k) {
+            Some((side, j)) => station.speed.re() - side.sign() * speeds.points[numbering.point(side, j)].re(),
+            None => station.speed.re() - speeds.wake[k - numbering.wake_start()].re(),
+        };
+        derived.iter().enumerate().map(residual).collect()
     }
 
     /// Mass defects of all stations and the gradients of their logarithms.
@@ -288,7 +284,7 @@ impl<'a> Equations for System<'a> {
         let speeds = EdgeSpeeds::new(self.section, self.flow, &positions, &points, &wake);
         Residuals {
             blocks,
-            speed: self.speed_residuals(unknowns, &speeds),
+            speed: self.speed_residuals(&derived, &speeds),
             transition: Side::BOTH.map(|side| layer.transition(unknowns, side).re),
             stagnation: speeds.points[numbering.side],
         }
@@ -305,7 +301,7 @@ impl<'a> Equations for System<'a> {
         let transition = Side::BOTH.map(|side| self.layer.transition(unknowns, side));
         let residuals = Residuals {
             blocks: blocks.iter().map(|b| b.residual).collect(),
-            speed: self.speed_residuals(unknowns, &speeds),
+            speed: self.speed_residuals(&derived, &speeds),
             transition: transition.map(|t| t.re),
             stagnation: speeds.points[numbering.side].re,
         };
