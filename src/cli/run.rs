@@ -106,7 +106,7 @@ fn method(settings: &OptimizerSettings) -> Result<Method, Failure> {
 
 /// Fails before the output directory is touched.
 fn refuse_constraints(case: &Case, method: &Method) -> Result<(), Failure> {
-    let names = case.problem.constraint_names();
+    let names = &case.problem.description().constraint_names;
     if names.is_empty() || method.takes_constraints() {
         return Ok(());
     }
@@ -238,7 +238,7 @@ fn result_json(case: &mut Case, outcome: &Outcome, values: &[f64]) -> Result<Val
         });
         (name.clone(), entry)
     };
-    let bounds = problem.constraint_names().iter().zip(problem.constraint_bounds());
+    let bounds = problem.description().constraint_names.iter().zip(&problem.description().constraint_bounds);
     let constraints: Map<String, Value> = bounds.enumerate().map(constraint).collect();
     Ok(json!({
         "case": case.name,
@@ -250,7 +250,7 @@ fn result_json(case: &mut Case, outcome: &Outcome, values: &[f64]) -> Result<Val
         "iterations": outcome.iterations,
         "seconds": outcome.seconds,
         "objective": evaluation.map(|e| e.objective),
-        "values": named(problem.value_names(), evaluation.map(|e| &e.values)),
+        "values": named(&problem.description().value_names, evaluation.map(|e| &e.values)),
         "constraints": constraints,
         "kkt_residual": outcome.kkt_residual,
         "variables": design_vector::to_json(problem, values),

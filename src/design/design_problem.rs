@@ -5,7 +5,7 @@ mod second_order;
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
 use super::geometry::{Geometry, LinearisedShape, Shape};
 use super::quantity::{Instruments, Quantity, finite};
-use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem};
+use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
 use crate::flow::Solution;
 use crate::scalar::Scalar;
@@ -45,12 +45,7 @@ pub struct DesignProblem {
     weights: Vec<f64>,
     /// Position of each constraint's quantity.
     constraints: Vec<usize>,
-    constraint_bounds: Vec<Bounds>,
-    constraint_names: Vec<String>,
-    value_names: Vec<String>,
-    variable_names: Vec<String>,
-    variable_bounds: Vec<Bounds>,
-    start: Vec<f64>,
+    description: ProblemDescription,
     /// Tangents of a linear geometry, which do not change.
     tangents: Option<LinearisedShape>,
     /// Hessian of the shape error of a linear geometry, in the variables' own units.
@@ -94,12 +89,14 @@ impl DesignProblem {
         let scaled = |b: Bounds, scale: f64| Bounds { lower: b.lower / scale, upper: b.upper / scale };
         let mut problem = Self {
             constraints: constraints.iter().map(|c| position(&c.quantity)).collect(),
-            constraint_bounds: constraints.iter().map(|c| c.bounds).collect(),
-            constraint_names: constraints.iter().map(|c| c.quantity.name()).collect(),
-            value_names: quantities.iter().map(Quantity::name).collect(),
-            variable_names: variables.iter().map(|v| v.name.clone()).collect(),
-            variable_bounds: variables.iter().map(|v| scaled(v.bounds, v.scale)).collect(),
-            start: variables.iter().map(|v| v.start / v.scale).collect(),
+            description: ProblemDescription {
+                variable_names: variables.iter().map(|v| v.name.clone()).collect(),
+                start: variables.iter().map(|v| v.start / v.scale).collect(),
+                variable_bounds: variables.iter().map(|v| scaled(v.bounds, v.scale)).collect(),
+                constraint_names: constraints.iter().map(|c| c.quantity.name()).collect(),
+                constraint_bounds: constraints.iter().map(|c| c.bounds).collect(),
+                value_names: quantities.iter().map(Quantity::name).collect(),
+            },
             tangents: None,
             error_hessian: None,
             work: Workspace::default(),
@@ -415,23 +412,8 @@ impl From<DesignError> for AnalysisFailure {
 }
 
 impl Problem for DesignProblem {
-    fn variable_names(&self) -> &[String] {
-        &self.variable_names
-    }
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-    fn variable_bounds(&self) -> &[Bounds] {
-        &self.variable_bounds
-    }
-    fn constraint_names(&self) -> &[String] {
-        &self.constraint_names
-    }
-    fn constraint_bounds(&self) -> &[Bounds] {
-        &self.constraint_bounds
-    }
-    fn value_names(&self) -> &[String] {
-        &self.value_names
+    fn description(&self) -> &ProblemDescription {
+        &self.description
     }
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         Ok(self.try_evaluate(x)?)

@@ -27,6 +27,6 @@ pub use error::DesignError;
 pub use flow_analysis::{FlowOutput, FlowQuantity, FlowTiming, OperatingPoint};
 pub use geometry::{Geometry, LinearisedShape, Shape, Variable};
 pub use gradient_check::{DerivativeCheck, check_gradients};
-pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem};
+pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 pub use quantity::Quantity;
 pub use shape_error::{ShapeError, ShapeNorm};

@@ -9,13 +9,13 @@ use nalgebra::DMatrix;
 pub struct Evaluation {
     /// The objective, to be minimised.
     pub objective: f64,
-    /// Gradient of the objective, one entry a variable.
+    /// Gradient of the objective, one entry per variable.
     pub gradient: Vec<f64>,
-    /// Constraint values, in the order of [`Problem::constraint_bounds`].
+    /// Constraint values, in the order of [`ProblemDescription::constraint_bounds`].
     pub constraints: Vec<f64>,
-    /// Gradients of the constraints, one row a constraint.
+    /// Gradients of the constraints, one row per constraint.
     pub jacobian: Vec<Vec<f64>>,
-    /// Further values for the history, in the order of [`Problem::value_names`].
+    /// Further values for the history, in the order of [`ProblemDescription::value_names`].
     pub values: Vec<f64>,
 }
 
@@ -51,22 +51,29 @@ impl Bounds {
     }
 }
 
+/// What is known of a problem before anything is evaluated.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProblemDescription {
+    /// Names of the variables (length n).
+    pub variable_names: Vec<String>,
+    /// Point at which an optimisation starts (length n), in scaled variables.
+    pub start: Vec<f64>,
+    /// Bounds of the scaled variables (length n).
+    pub variable_bounds: Vec<Bounds>,
+    /// Names of the constraints (length m).
+    pub constraint_names: Vec<String>,
+    /// Bounds of the constraints (length m).
+    pub constraint_bounds: Vec<Bounds>,
+    /// Names of the further values that an evaluation reports.
+    pub value_names: Vec<String>,
+}
+
 /// A smooth problem: minimise `objective(x)` with `x` in bounds and `constraints(x)` in bounds.
 ///
 /// Variables are scaled: a step of one is a large but sensible change of the shape.
 pub trait Problem {
-    /// Names of the variables, one each.
-    fn variable_names(&self) -> &[String];
-    /// Where the optimisation starts.
-    fn start(&self) -> &[f64];
-    /// Bounds of the variables, one each.
-    fn variable_bounds(&self) -> &[Bounds];
-    /// Names of the constraints, one each.
-    fn constraint_names(&self) -> &[String];
-    /// Bounds of the constraints, one each.
-    fn constraint_bounds(&self) -> &[Bounds];
-    /// Names of the further values, one each.
-    fn value_names(&self) -> &[String];
+    /// Names, bounds and start: what is known of the problem before anything is evaluated.
+    fn description(&self) -> &ProblemDescription;
     /// Values and exact first derivatives at `x`.
     ///
     /// # Errors

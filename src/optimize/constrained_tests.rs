@@ -132,7 +132,7 @@ fn solves_by<F: VectorFunction<Error = Infallible>>(
     assert_eq!(outcome.evaluations, case.asked.len());
     // bounds hold at every point asked for
     for point in &case.asked {
-        assert!(point.iter().zip(&case.bounds).all(|(x, b)| b.violation(*x) == 0.0));
+        assert!(point.iter().zip(&case.description.variable_bounds).all(|(x, b)| b.violation(*x) == 0.0));
     }
     outcome
 }
@@ -188,7 +188,7 @@ fn a_curved_valley_with_two_sided_constraints_from_an_infeasible_start() {
             // the conditions, from the evaluation itself
             let evaluation = outcome.evaluation.unwrap();
             for (k, multiplier) in outcome.multipliers.iter().enumerate() {
-                let (value, bounds) = (evaluation.constraints[k], case.constraint_bounds[k]);
+                let (value, bounds) = (evaluation.constraints[k], case.description.constraint_bounds[k]);
                 assert!(bounds.violation(value) <= 1e-9);
                 let equality = bounds.lower == bounds.upper;
                 assert!(*multiplier <= 0.0 || equality || (value - bounds.lower).abs() < 1e-6);
@@ -338,7 +338,7 @@ fn unfit_problems_and_settings_are_errors() {
     };
     let mut case = Constrained::new(Disk, &[0.0, 0.0], &[(1.0, 0.5), (0.0, 1.0)]);
     assert!(matches!(attempt(&mut case, &Slsqp::default()), OptimizeError::EmptyConstraint { .. }));
-    case.constraint_bounds.truncate(1);
+    case.description.constraint_bounds.truncate(1);
     assert!(matches!(attempt(&mut case, &Slsqp::default()), OptimizeError::ConstraintBounds { .. }));
     let mut case = Constrained::new(Disk, &[0.0, 0.0], &[(0.0, 1.0), (0.0, 1.0)]);
     for method in [

@@ -32,7 +32,13 @@ struct Row {
 impl History {
     /// An empty history with the columns of `problem`.
     pub fn new(problem: &dyn Problem) -> Self {
-        let names: Vec<_> = problem.constraint_names().iter().chain(problem.value_names()).map(|n| quoted(n)).collect();
+        let names: Vec<_> = problem
+            .description()
+            .constraint_names
+            .iter()
+            .chain(&problem.description().value_names)
+            .map(|n| quoted(n))
+            .collect();
         let values = names.len();
         let mut header: Vec<_> = ["evaluation", "iteration", "objective"].map(String::from).into();
         header.extend(names);
@@ -133,7 +139,7 @@ mod tests {
     #[test]
     fn names_are_quoted_and_gaps_are_empty() {
         let mut case = rosenbrock(2);
-        case.constraints = vec!["area".into(), "thickness, \"aft\"".into()];
+        case.description.constraint_names = vec!["area".into(), "thickness, \"aft\"".into()];
         let mut history = History::new(&case);
         let evaluation = Evaluation {
             objective: 0.1,

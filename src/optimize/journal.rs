@@ -1,7 +1,7 @@
 //! Every evaluation recorded, and served again when a run resumes.
 
 use super::checkpoint::{Checkpoint, CheckpointError};
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -167,28 +167,8 @@ impl<P: Problem> Journaled<P> {
 }
 
 impl<P: Problem> Problem for Journaled<P> {
-    fn variable_names(&self) -> &[String] {
-        self.inner.variable_names()
-    }
-
-    fn start(&self) -> &[f64] {
-        self.inner.start()
-    }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        self.inner.variable_bounds()
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        self.inner.constraint_names()
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        self.inner.constraint_bounds()
-    }
-
-    fn value_names(&self) -> &[String] {
-        self.inner.value_names()
+    fn description(&self) -> &ProblemDescription {
+        self.inner.description()
     }
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
@@ -246,7 +226,11 @@ mod tests {
     }
 
     /// A run killed after `k` evaluations, its checkpoint reloaded, resumed to the end.
-    fn kill_and_resume(method: &dyn Optimizer, case: impl Fn() -> Case<ShapeMatch>, k: usize) -> (Outcome, usize) {
+    fn kill_and_resume(
+        method: &dyn Optimizer,
+        case: impl Fn() -> Unconstrained<ShapeMatch>,
+        k: usize,
+    ) -> (Outcome, usize) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("checkpoint.json");
         let mut killed = Journaled::new(case()).with_checkpoints(&path, "case", Duration::ZERO);
@@ -268,7 +252,7 @@ mod tests {
     #[test]
     fn resumed_runs_continue_bit_for_bit() {
         let fails: fn(&[f64]) -> bool = |x| x[0].to_bits() % 7 == 3;
-        let cases: [fn() -> Case<ShapeMatch>; 2] = [shape_match, || shape_match().bounded(-0.2, 0.2)];
+        let cases: [fn() -> Unconstrained<ShapeMatch>; 2] = [shape_match, || shape_match().bounded(-0.2, 0.2)];
         for (method, case, kills) in [
             (&Lbfgs::default() as &dyn Optimizer, cases[0], &[1, 2, 3, 17, 100, 200][..]),
             (&Lbfgs::default(), cases[1], &[1, 5, 60]),

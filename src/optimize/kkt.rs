@@ -34,7 +34,7 @@ pub(super) struct Point {
 impl Point {
     pub fn new(ledger: &Ledger<'_>, x: &[f64], evaluation: Evaluation) -> Self {
         let optimality = optimality(ledger, x, &evaluation);
-        let violation = violation(&evaluation, ledger.constraint_bounds());
+        let violation = violation(&evaluation, &ledger.description().constraint_bounds);
         Self { x: x.to_vec(), evaluation, optimality, violation }
     }
 
@@ -84,7 +84,7 @@ pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<Side> {
 /// The multipliers minimise the norm of what is left of the gradient over all multipliers of the right sign for what is
 /// reached at `x` (violated constraints included). They depend on the point only, not on the way to it.
 pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluation) -> Optimality {
-    let bounds = problem.variable_bounds();
+    let bounds = &problem.description().variable_bounds;
     let multipliers = if evaluation.constraints.is_empty() {
         Vec::new()
     } else {
@@ -106,7 +106,7 @@ pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluati
     let (largest, squares) =
         projected_gradient(x, &gradient, bounds).fold((0.0, 0.0), |(l, s): (f64, f64), g| (l.max(g.abs()), s + g * g));
     // a constraint that pulls must be at its bound
-    let values = evaluation.constraints.iter().zip(problem.constraint_bounds()).zip(&multipliers);
+    let values = evaluation.constraints.iter().zip(&problem.description().constraint_bounds).zip(&multipliers);
     let slack = values
         .filter(|(_, m)| **m != 0.0)
         .map(|((value, b), m)| m.abs() * if *m > 0.0 { (value - b.lower).abs() } else { (b.upper - value).abs() });
@@ -132,13 +132,13 @@ fn active(
         numbers.push(number);
         columns.push(Column { gradient, sign, free });
     };
-    let rows = evaluation.constraints.iter().zip(&evaluation.jacobian).zip(problem.constraint_bounds());
+    let rows = evaluation.constraints.iter().zip(&evaluation.jacobian).zip(&problem.description().constraint_bounds);
     for (number, ((&value, row), bounds)) in rows.enumerate().filter(|(number, _)| wanted(*number)) {
         if let Some(side) = reached(value, bounds, norm(row)) {
             push(Some(number), row.clone(), side);
         }
     }
-    for (i, (&value, bounds)) in x.iter().zip(problem.variable_bounds()).enumerate() {
+    for (i, (&value, bounds)) in x.iter().zip(&problem.description().variable_bounds).enumerate() {
         if let Some(side) = reached(value, bounds, 1.0) {
             let mut unit = vec![0.0; x.len()];
             unit[i] = 1.0;
@@ -156,11 +156,12 @@ pub(super) fn opposition(
     evaluation: &Evaluation,
     tolerance: f64,
 ) -> (Vec<usize>, bool) {
-    let violated = |k: usize| problem.constraint_bounds()[k].violation(evaluation.constraints[k]) > tolerance;
+    let violated =
+        |k: usize| problem.description().constraint_bounds[k].violation(evaluation.constraints[k]) > tolerance;
     // the way that reduces the violations, each measured as a distance in the variables
     let mut wanted = vec![0.0; x.len()];
     for (k, row) in evaluation.jacobian.iter().enumerate().filter(|(k, _)| violated(*k)) {
-        let short = evaluation.constraints[k] < problem.constraint_bounds()[k].lower;
+        let short = evaluation.constraints[k] < problem.description().constraint_bounds[k].lower;
         let slope = norm(row).max(f64::MIN_POSITIVE);
         wanted.iter_mut().zip(row).for_each(|(w, a)| *w += if short { a / slope } else { -a / slope });
     }

@@ -3,7 +3,7 @@
 
 use super::kkt::{Optimality, Point, optimality};
 use super::{Limits, OptimizeError, Outcome, Progress, Status};
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -84,7 +84,7 @@ impl<'a> Ledger<'a> {
     fn improves(&self, evaluation: &Evaluation) -> bool {
         let Some((_, best)) = &self.best else { return true };
         let excess = |e: &Evaluation| {
-            let violation = violation(e, self.problem.constraint_bounds());
+            let violation = violation(e, &self.problem.description().constraint_bounds);
             if violation <= self.feasibility { 0.0 } else { violation }
         };
         let (new, old) = (excess(evaluation), excess(best));
@@ -145,12 +145,13 @@ impl<'a> Ledger<'a> {
         }
         let (x, evaluation) = match self.best {
             Some((x, evaluation)) => (x, Some(evaluation)),
-            None => (self.problem.start().to_vec(), None),
+            None => (self.problem.description().start.to_vec(), None),
         };
         let (optimality, violation) = match &evaluation {
-            Some(evaluation) => {
-                (optimality(self.problem, &x, evaluation), violation(evaluation, self.problem.constraint_bounds()))
-            }
+            Some(evaluation) => (
+                optimality(self.problem, &x, evaluation),
+                violation(evaluation, &self.problem.description().constraint_bounds),
+            ),
             None => (Optimality { multipliers: Vec::new(), residual: f64::NAN, norm: f64::NAN }, f64::NAN),
         };
         Outcome {
@@ -222,7 +223,7 @@ impl Ledger<'_> {
         wanted: bool,
     ) -> Result<Evaluation, AnalysisFailure> {
         self.evaluations += 1;
-        let constraints = self.problem.constraint_names().len();
+        let constraints = self.problem.description().constraint_names.len();
         let result = result.and_then(|evaluation| usable(evaluation, x.len(), constraints));
         let result = result.map_err(|failure| self.failed(failure));
         self.last_failed = result.is_err();
@@ -234,7 +235,7 @@ impl Ledger<'_> {
         }
         let (violation, gradient_norm) = match &result {
             Ok(evaluation) => {
-                let violation = violation(evaluation, self.problem.constraint_bounds());
+                let violation = violation(evaluation, &self.problem.description().constraint_bounds);
                 (violation, if wanted { optimality(self.problem, x, evaluation).norm } else { f64::NAN })
             }
             Err(_) => (f64::NAN, f64::NAN),
@@ -259,28 +260,8 @@ impl Ledger<'_> {
 }
 
 impl Problem for Ledger<'_> {
-    fn variable_names(&self) -> &[String] {
-        self.problem.variable_names()
-    }
-
-    fn start(&self) -> &[f64] {
-        self.problem.start()
-    }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        self.problem.variable_bounds()
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        self.problem.constraint_names()
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        self.problem.constraint_bounds()
-    }
-
-    fn value_names(&self) -> &[String] {
-        self.problem.value_names()
+    fn description(&self) -> &ProblemDescription {
+        self.problem.description()
     }
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {

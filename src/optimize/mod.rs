@@ -14,18 +14,13 @@
 //! the run. The best point so far is always kept and returned, whatever ends the run, and the reason is a sentence.
 //!
 //! ```
-//! use aeroform::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+//! use aeroform::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 //! use aeroform::optimize::{Lbfgs, Optimizer, Status};
 //! use std::ops::ControlFlow;
 //!
-//! struct Bowl([f64; 2], [Bounds; 2], [String; 2]);
+//! struct Bowl(ProblemDescription);
 //! impl Problem for Bowl {
-//!     fn variable_names(&self) -> &[String] { &self.2 }
-//!     fn start(&self) -> &[f64] { &self.0 }
-//!     fn variable_bounds(&self) -> &[Bounds] { &self.1 }
-//!     fn constraint_names(&self) -> &[String] { &[] }
-//!     fn constraint_bounds(&self) -> &[Bounds] { &[] }
-//!     fn value_names(&self) -> &[String] { &[] }
+//!     fn description(&self) -> &ProblemDescription { &self.0 }
 //!     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
 //!         Ok(Evaluation {
 //!             objective: (x[0] - 1.0).powi(2) + 10.0 * x[1].powi(2),
@@ -36,7 +31,12 @@
 //!     fn hessian(&mut self, _: &[f64]) -> Option<Result<nalgebra::DMatrix<f64>, AnalysisFailure>> { None }
 //! }
 //!
-//! let mut bowl = Bowl([3.0, 1.0], [Bounds::FREE; 2], ["x".into(), "y".into()]);
+//! let mut bowl = Bowl(ProblemDescription {
+//!     variable_names: vec!["x".into(), "y".into()],
+//!     start: vec![3.0, 1.0],
+//!     variable_bounds: vec![Bounds::FREE; 2],
+//!     ..ProblemDescription::default() // no constraints, no further values
+//! });
 //! let outcome = Lbfgs::default().minimize(&mut bowl, &mut |_| ControlFlow::Continue(())).unwrap();
 //! assert_eq!(outcome.status, Status::Converged);
 //! assert!((outcome.x[0] - 1.0).abs() < 1e-6);
@@ -74,7 +74,7 @@ pub use outcome::{OptimizeError, Outcome, Progress, Status, projected_gradient};
 pub use slsqp::Slsqp;
 pub use sqp::Sqp;
 
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
@@ -183,28 +183,8 @@ impl Optimizer for Method {
 }
 
 impl<P: Problem + ?Sized> Problem for &mut P {
-    fn variable_names(&self) -> &[String] {
-        (**self).variable_names()
-    }
-
-    fn start(&self) -> &[f64] {
-        (**self).start()
-    }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        (**self).variable_bounds()
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        (**self).constraint_names()
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        (**self).constraint_bounds()
-    }
-
-    fn value_names(&self) -> &[String] {
-        (**self).value_names()
+    fn description(&self) -> &ProblemDescription {
+        (**self).description()
     }
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {

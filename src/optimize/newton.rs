@@ -144,7 +144,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn drive(&mut self) -> (Status, String) {
-        let start = self.problem.start().to_vec();
+        let start = self.problem.description().start.to_vec();
         let first = self.problem.evaluate(&start).ok().and_then(|evaluation| self.expand(start, evaluation));
         let Some(mut point) = first else {
             let reason = self.problem.inner().last_failure();
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn saddle_points_are_left() {
         for start in [[0.0, 0.0], [1.0, 0.0], [0.3, 1e-9]] {
-            let mut case = Case::new(Saddle, start.to_vec());
+            let mut case = Unconstrained::new(Saddle, &start);
             let outcome = converged(Newton::default(), &mut case, 20);
             assert_relative_eq!(outcome.evaluation.unwrap().objective, -0.25, max_relative = 1e-10);
         }
@@ -371,7 +371,7 @@ mod tests {
         }
         // a variable without room
         let mut case = rosenbrock(2);
-        case.bounds[0] = crate::design::Bounds { lower: 0.5, upper: 0.5 };
+        case.description.variable_bounds[0] = crate::design::Bounds { lower: 0.5, upper: 0.5 };
         let outcome = converged(Newton::default(), &mut case, 20);
         assert_relative_eq!(outcome.x[..], [0.5, 0.25], epsilon = 1e-9);
     }

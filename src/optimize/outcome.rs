@@ -209,40 +209,44 @@ pub fn projected_gradient<'a>(
 
 /// Rejects a problem whose lists do not fit together.
 pub(super) fn check(problem: &dyn Problem) -> Result<(), OptimizeError> {
-    let names = problem.variable_names();
-    let n = names.len();
-    for (what, found) in [("a start", problem.start().len()), ("bounds", problem.variable_bounds().len())] {
-        if found != n {
-            return Err(OptimizeError::Length { variables: n, what, found });
+    let description = problem.description();
+    let names = &description.variable_names;
+    let variables = names.len();
+    for (what, found) in [("a start", description.start.len()), ("bounds", description.variable_bounds.len())] {
+        if found != variables {
+            return Err(OptimizeError::Length { variables, what, found });
         }
     }
-    for (name, bounds) in names.iter().zip(problem.variable_bounds()) {
-        let &Bounds { lower, upper } = bounds;
-        // written so that NaN fails too
-        if !(lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY) {
-            return Err(OptimizeError::EmptyBounds { variable: name.clone(), lower, upper });
-        }
+    if let Some((name, &Bounds { lower, upper })) = without_room(names, &description.variable_bounds) {
+        return Err(OptimizeError::EmptyBounds { variable: name.clone(), lower, upper });
     }
-    if let Some((name, &value)) = names.iter().zip(problem.start()).find(|(_, v)| !v.is_finite()) {
+    if let Some((name, &value)) = names.iter().zip(&description.start).find(|(_, v)| !v.is_finite()) {
         return Err(OptimizeError::Start { variable: name.clone(), value });
     }
-    let constraints = problem.constraint_names();
-    let found = problem.constraint_bounds().len();
-    if found != constraints.len() {
-        return Err(OptimizeError::ConstraintBounds { constraints: constraints.len(), found });
+    let (constraints, found) = (description.constraint_names.len(), description.constraint_bounds.len());
+    if found != constraints {
+        return Err(OptimizeError::ConstraintBounds { constraints, found });
     }
-    for (name, &Bounds { lower, upper }) in constraints.iter().zip(problem.constraint_bounds()) {
-        if !(lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY) {
-            return Err(OptimizeError::EmptyConstraint { constraint: name.clone(), lower, upper });
+    match without_room(&description.constraint_names, &description.constraint_bounds) {
+        Some((name, &Bounds { lower, upper })) => {
+            Err(OptimizeError::EmptyConstraint { constraint: name.clone(), lower, upper })
         }
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// The first of `names` whose bounds no number can meet.
+fn without_room<'a>(names: &'a [String], bounds: &'a [Bounds]) -> Option<(&'a String, &'a Bounds)> {
+    // written so that NaN fails too
+    let has_room = |b: &Bounds| b.lower <= b.upper && b.lower < f64::INFINITY && b.upper > f64::NEG_INFINITY;
+    names.iter().zip(bounds).find(|(_, b)| !has_room(b))
 }
 
 /// Rejects a problem with constraints.
 pub(super) fn refuse_constraints(problem: &dyn Problem, method: &'static str) -> Result<(), OptimizeError> {
-    if let Some(first) = problem.constraint_names().first() {
-        let count = problem.constraint_names().len();
+    let names = &problem.description().constraint_names;
+    if let Some(first) = names.first() {
+        let count = names.len();
         return Err(OptimizeError::ConstraintsNotSupported { method, count, first: first.clone() });
     }
     Ok(())

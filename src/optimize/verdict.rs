@@ -20,7 +20,7 @@ pub(super) fn converged(ledger: &Ledger<'_>, point: &Point) -> String {
 
 /// The constraints that hold the design, strongest first, with what they cost.
 fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
-    let bounds = ledger.constraint_bounds();
+    let bounds = &ledger.description().constraint_bounds;
     let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);
     let mut held: Vec<usize> = (0..bounds.len()).filter(|&k| point.optimality.multipliers[k] != 0.0).collect();
     held.sort_by(|a, b| pull(b).total_cmp(&pull(a)));
@@ -34,7 +34,7 @@ fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
                 Some(Side::Upper) => format!("its maximum {}", bounds[k].upper),
                 _ => format!("its value {}", bounds[k].lower),
             };
-            let name = &ledger.constraint_names()[k];
+            let name = &ledger.description().constraint_names[k];
             format!("{name} at {place} (objective {:+.2e} per unit of it)", point.optimality.multipliers[k])
         })
         .collect();
@@ -80,7 +80,7 @@ pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (St
 
 /// Which constraints are violated, by how much, and what stands against them.
 fn contradiction(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> String {
-    let (bounds, names) = (ledger.constraint_bounds(), ledger.constraint_names());
+    let (bounds, names) = (&ledger.description().constraint_bounds, &ledger.description().constraint_names);
     let violated: Vec<String> = (0..bounds.len())
         .filter(|&k| bounds[k].violation(point.evaluation.constraints[k]) > tolerance)
         .map(|k| {

@@ -37,7 +37,8 @@ fn gradients_of_every_builtin_case_agree_three_ways() {
 fn hessians_agree_with_differenced_gradients() {
     for name in ["l2-match", "l2-mixed", "mirrored"] {
         let mut problem = Case::open(name).unwrap().problem;
-        let x: Vec<f64> = problem.start().iter().enumerate().map(|(k, x)| x + 0.05 * (2.3 * k as f64).sin()).collect();
+        let x: Vec<f64> =
+            problem.description().start.iter().enumerate().map(|(k, x)| x + 0.05 * (2.3 * k as f64).sin()).collect();
         let exact = problem.hessian(&x).unwrap().unwrap();
         let steps = vec![crate::differentiate::StepRange::for_scale(1.0); x.len()];
         let check =
@@ -57,7 +58,7 @@ fn hessians_agree_with_differenced_gradients() {
 fn the_objective_alone_is_the_objective_of_the_evaluation() {
     for name in ["l2-match", "l2-mixed", "skewed-pinned"] {
         let mut problem = Case::open(name).unwrap().problem;
-        let x: Vec<f64> = problem.start().iter().map(|x| x + 0.01).collect();
+        let x: Vec<f64> = problem.description().start.iter().map(|x| x + 0.01).collect();
         let evaluation = problem.evaluate(&x).unwrap();
         let alone = problem.objective(&x).unwrap();
         assert!((alone - evaluation.objective).abs() <= 1e-14 * alone.abs());
@@ -154,5 +155,5 @@ fn limits_relative_to_the_start() {
     let problem = Case::open("skewed-pinned").unwrap().problem;
     let values = problem.quantities_at(&problem.start_values()).unwrap();
     let area = problem.quantities().iter().position(|q| q.name() == "area").unwrap();
-    assert!((problem.constraint_bounds()[0].lower - 0.5 * values[area]).abs() < 1e-15);
+    assert!((problem.description().constraint_bounds[0].lower - 0.5 * values[area]).abs() < 1e-15);
 }

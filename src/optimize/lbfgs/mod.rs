@@ -139,6 +139,7 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
 mod tests {
     use super::super::testcases::*;
     use super::*;
+    use crate::design::Bounds;
     use approx::assert_relative_eq;
 
     fn at_ones(outcome: &Outcome, tolerance: f64) {
@@ -229,7 +230,7 @@ mod tests {
         let outcome = run(&Lbfgs::default(), &mut case);
         assert_eq!((outcome.status, outcome.evaluations, outcome.failures), (Status::Failed, 1, 1));
         assert_eq!(outcome.message, "The analysis fails at the start: the test forbids it.");
-        assert!(outcome.evaluation.is_none() && outcome.x == case.start && outcome.kkt_residual.is_nan());
+        assert!(outcome.evaluation.is_none() && outcome.x == case.description.start && outcome.kkt_residual.is_nan());
     }
 
     #[test]
@@ -270,7 +271,7 @@ mod tests {
     #[test]
     fn start_at_the_minimum() {
         let mut case = rosenbrock(4);
-        case.start = vec![1.0; 4];
+        case.description.start = vec![1.0; 4];
         let outcome = run(&Lbfgs::default(), &mut case);
         assert_eq!((outcome.status, outcome.evaluations), (Status::Converged, 1));
         assert_eq!(outcome.message, "Converged: the gradient vanishes.");
@@ -292,15 +293,16 @@ mod tests {
             method.minimize(case, &mut |_| ControlFlow::Continue(())).unwrap_err()
         };
         let mut case = rosenbrock(2);
-        case.constraints = vec!["area".into()];
+        case.description.constraint_names = vec!["area".into()];
+        case.description.constraint_bounds = vec![Bounds::FREE];
         let error = refuse(Lbfgs::default(), &mut case);
         assert_eq!(error, OptimizeError::ConstraintsNotSupported { method: "lbfgs", count: 1, first: "area".into() });
         let error = refuse(Lbfgs::default(), &mut rosenbrock(2).bounded(2.0, 1.0));
         assert!(matches!(error, OptimizeError::EmptyBounds { lower: 2.0, upper: 1.0, .. }));
         let mut case = rosenbrock(2);
-        case.start[1] = f64::NAN;
+        case.description.start[1] = f64::NAN;
         assert!(matches!(refuse(Lbfgs::default(), &mut case), OptimizeError::Start { .. }));
-        case.start.pop();
+        case.description.start.pop();
         assert!(matches!(refuse(Lbfgs::default(), &mut case), OptimizeError::Length { variables: 2, found: 1, .. }));
         let error = refuse(Lbfgs { memory: 0, ..Lbfgs::default() }, &mut rosenbrock(2));
         assert!(matches!(error, OptimizeError::Setting { setting: "memory", .. }));

@@ -80,7 +80,7 @@ impl<'a> Run<'a> {
 
     /// Evaluates the start.
     pub(super) fn begin(&mut self) -> Result<(), (Status, String)> {
-        let start = self.problem.start().to_vec();
+        let start = self.problem.description().start.to_vec();
         self.current = self.at(&start).map_err(|_| {
             let reason = self.problem.inner().last_failure();
             (Status::Failed, format!("The analysis fails at the start: {reason}."))

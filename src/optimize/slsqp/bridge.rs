@@ -52,15 +52,16 @@ impl<'a> Run<'a> {
 
     /// Evaluates the start, moved into its bounds, and chooses the scales of objective and constraints there.
     pub fn begin(&mut self) -> Result<Point, AnalysisFailure> {
-        let bounds = self.ledger.variable_bounds();
-        let x: Vec<f64> = self.ledger.start().iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
+        let bounds = &self.ledger.description().variable_bounds;
+        let x: Vec<f64> =
+            self.ledger.description().start.iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
         let point = self.point(&x)?;
         let evaluation = &point.evaluation;
         let slope = norm(&evaluation.gradient);
         if slope > 0.0 {
             self.scale = self.settings.first_step / slope;
         }
-        let bounds = self.ledger.constraint_bounds().iter();
+        let bounds = self.ledger.description().constraint_bounds.iter();
         for (constraint, (&Bounds { lower, upper }, row)) in bounds.zip(&evaluation.jacobian).enumerate() {
             let slope = norm(row);
             let factor = if slope > 0.0 { 1.0 / slope } else { 1.0 };
@@ -118,7 +119,7 @@ pub(super) struct Bridge<'r, 'a> {
 impl<'r, 'a> Bridge<'r, 'a> {
     pub fn new(run: &'r RefCell<Run<'a>>) -> Self {
         let state = run.borrow();
-        let bounds = state.ledger.variable_bounds();
+        let bounds = &state.ledger.description().variable_bounds;
         Self {
             run,
             lower: bounds.iter().map(|b| b.lower).collect(),

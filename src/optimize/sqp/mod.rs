@@ -296,14 +296,15 @@ enum Trial {
 }
 
 fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
-    let bounds = ledger.variable_bounds().to_vec();
-    let start: Vec<f64> = ledger.start().iter().zip(&bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
+    let bounds = ledger.description().variable_bounds.to_vec();
+    let start: Vec<f64> =
+        ledger.description().start.iter().zip(&bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
     let evaluation = match ledger.evaluate(&start) {
         Ok(evaluation) => evaluation,
         Err(failure) => return (Status::Failed, format!("The analysis fails at the start: {failure}.")),
     };
     let slope = norm(&evaluation.gradient).max(f64::MIN_POSITIVE);
-    let rows = rows(ledger.constraint_bounds(), &evaluation);
+    let rows = rows(&ledger.description().constraint_bounds, &evaluation);
     let mut state = State {
         weights: vec![0.0; rows.len()],
         rows,
