@@ -6,7 +6,7 @@ use aeroform::design::{
     AnalysisFailure, Case, DesignProblem, Evaluation, Problem, ProblemDescription, check_gradients,
 };
 use aeroform::flow::{Condition, Incidence, Settings, analyze, panel_parameters};
-use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Status};
+use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Termination};
 use aeroform::report::{Align, Table};
 use aeroform::section::SectionDefinition;
 use nalgebra::DMatrix;
@@ -107,7 +107,7 @@ fn paper() -> Result<Sheet, Failure> {
             format!("{:.2}", outcome.seconds),
             outcome.status.to_string(),
         ]);
-        sheet.statement(&format!("{name}: converged"), true, outcome.status == Status::Converged);
+        sheet.statement(&format!("{name}: converged"), true, outcome.status == Termination::Converged);
         sheet.at_most(&format!("{name}: KKT residual"), 1e-6, outcome.kkt_residual);
         sheet.at_most(&format!("{name}: violation"), 1e-10, outcome.violation);
         sheet.count_at_most(&format!("{name}: iterations"), 40, Some(outcome.iterations));
@@ -206,7 +206,7 @@ fn differences() -> Result<Sheet, Failure> {
             outcome.status.to_string(),
         ]);
     }
-    sheet.statement("exact gradients converge", true, by_exact.status == Status::Converged);
+    sheet.statement("exact gradients converge", true, by_exact.status == Termination::Converged);
     let [with, without] = [by_exact.evaluations, differenced.analyses];
     sheet.at_most("flow solutions, exact over differences", 1.0, with as f64 / without as f64);
     let [with, without] = [&by_exact, &by_differences].map(|o| value(&problem, o, "cd"));

@@ -6,7 +6,7 @@ use crate::cad;
 use crate::design::{Bounds, Case, DesignProblem, FlowTiming, OptimizerSettings, Problem, Shape};
 use crate::differentiate::{StepRange, finite_difference_jacobian};
 use crate::optimize::{
-    Checkpoint, CheckpointError, History, Journal, Journaled, Method, Optimizer, Outcome, Progress, Status,
+    Checkpoint, CheckpointError, History, Journal, Journaled, Method, Optimizer, Outcome, Progress, Termination,
 };
 use crate::report::OutputDirectory;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -214,7 +214,7 @@ fn finish(
         print(&summary(case, outcome, &result, directory))?;
     }
     match outcome.status {
-        Status::Converged | Status::Stalled => Ok(()),
+        Termination::Converged | Termination::Stalled => Ok(()),
         _ => Err(Failure::Computation(format!("{}: {}", case.name, outcome.message))),
     }
 }

@@ -19,6 +19,13 @@ pub struct Evaluation {
     pub values: Vec<f64>,
 }
 
+impl Evaluation {
+    /// Largest violation of a constraint with these bounds; 0 without constraints.
+    pub fn violation(&self, constraint_bounds: &[Bounds]) -> f64 {
+        self.constraints.iter().zip(constraint_bounds).map(|(&c, b)| b.violation(c)).fold(0.0, f64::max)
+    }
+}
+
 /// An analysis that has no value at some point: recoverable, the optimiser takes a shorter step.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
 #[error("{reason}")]
@@ -91,5 +98,27 @@ pub trait Problem {
     /// `s` with `sᵀ M s` up to some square radius. `None`, the default, is the identity.
     fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
         None
+    }
+}
+
+impl<P: Problem + ?Sized> Problem for &mut P {
+    fn description(&self) -> &ProblemDescription {
+        (**self).description()
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+        (**self).evaluate(x)
+    }
+
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        (**self).evaluate_near(base, points)
+    }
+
+    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        (**self).hessian(x)
+    }
+
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        (**self).metric(x)
     }
 }

@@ -1,6 +1,6 @@
 //! The history of a run.
 
-use super::Progress;
+use super::outcome::Progress;
 use crate::design::Problem;
 use std::fmt::Write;
 
@@ -14,11 +14,11 @@ pub struct History {
     header: Vec<String>,
     /// How many columns of values a row has.
     values: usize,
-    rows: Vec<Row>,
+    rows: Vec<HistoryRow>,
 }
 
 #[derive(Debug, Clone)]
-struct Row {
+struct HistoryRow {
     evaluation: usize,
     iteration: usize,
     objective: f64,
@@ -53,7 +53,7 @@ impl History {
             Err(_) => (f64::NAN, Vec::new()),
         };
         values.resize(self.values, f64::NAN);
-        self.rows.push(Row {
+        self.rows.push(HistoryRow {
             evaluation: progress.evaluation,
             iteration: progress.iteration,
             objective,

@@ -1,7 +1,7 @@
 //! First-order optimality under constraints: multipliers, and what they leave of the gradient.
 
-use super::ledger::{Ledger, dot, norm, violation};
 use super::outcome::projected_gradient;
+use super::vector::{dot, norm};
 use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector};
 
@@ -22,19 +22,19 @@ pub(super) struct Optimality {
     pub norm: f64,
 }
 
-/// A point a method stands at.
+/// A point that a method has reached, with its evaluation and how far it is from a constrained minimum.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(super) struct Iterate {
     pub x: Vec<f64>,
     pub evaluation: Evaluation,
     pub optimality: Optimality,
     pub violation: f64,
 }
 
-impl Point {
-    pub fn new(ledger: &Ledger<'_>, x: &[f64], evaluation: Evaluation) -> Self {
-        let optimality = optimality(ledger, x, &evaluation);
-        let violation = violation(&evaluation, &ledger.description().constraint_bounds);
+impl Iterate {
+    pub fn new(problem: &dyn Problem, x: &[f64], evaluation: Evaluation) -> Self {
+        let optimality = optimality(problem, x, &evaluation);
+        let violation = evaluation.violation(&problem.description().constraint_bounds);
         Self { x: x.to_vec(), evaluation, optimality, violation }
     }
 
@@ -58,23 +58,23 @@ const SMALL_CHANGE: f64 = 1e-8;
 
 /// Which side of its bounds a value has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum ActiveBound {
     Lower,
     Upper,
     Equal,
 }
 
 /// The side reached by `value`, with `slope` the norm of its gradient.
-pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<Side> {
+pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<ActiveBound> {
     let near = REACHED * slope;
     if bounds.lower == bounds.upper {
-        return Some(Side::Equal);
+        return Some(ActiveBound::Equal);
     }
     let (below, above) = (value - bounds.lower <= near, bounds.upper - value <= near);
     match (below, above) {
-        (true, true) if value - bounds.lower > bounds.upper - value => Some(Side::Upper),
-        (true, _) => Some(Side::Lower),
-        (false, true) => Some(Side::Upper),
+        (true, true) if value - bounds.lower > bounds.upper - value => Some(ActiveBound::Upper),
+        (true, _) => Some(ActiveBound::Lower),
+        (false, true) => Some(ActiveBound::Upper),
         (false, false) => None,
     }
 }
@@ -121,16 +121,16 @@ fn active(
     x: &[f64],
     evaluation: &Evaluation,
     wanted: &dyn Fn(usize) -> bool,
-) -> (Vec<Option<usize>>, Vec<Column>) {
+) -> (Vec<Option<usize>>, Vec<ActiveGradient>) {
     let (mut numbers, mut columns) = (Vec::new(), Vec::new());
-    let mut push = |number: Option<usize>, gradient: Vec<f64>, side: Side| {
+    let mut push = |number: Option<usize>, gradient: Vec<f64>, side: ActiveBound| {
         let (sign, free) = match side {
-            Side::Lower => (1.0, false),
-            Side::Upper => (-1.0, false),
-            Side::Equal => (1.0, true),
+            ActiveBound::Lower => (1.0, false),
+            ActiveBound::Upper => (-1.0, false),
+            ActiveBound::Equal => (1.0, true),
         };
         numbers.push(number);
-        columns.push(Column { gradient, sign, free });
+        columns.push(ActiveGradient { gradient, sign, free });
     };
     let rows = evaluation.constraints.iter().zip(&evaluation.jacobian).zip(&problem.description().constraint_bounds);
     for (number, ((&value, row), bounds)) in rows.enumerate().filter(|(number, _)| wanted(*number)) {
@@ -180,7 +180,7 @@ pub(super) fn opposition(
 }
 
 /// One column of a least-squares problem.
-struct Column {
+struct ActiveGradient {
     gradient: Vec<f64>,
     /// The unknown is a nonnegative weight of `sign · gradient`.
     sign: f64,
@@ -190,7 +190,7 @@ struct Column {
 
 /// Weights `w` (nonnegative, but for free columns) that minimise `‖Σ w_k sign_k gradient_k − wanted‖` by the active-set
 /// method of Lawson and Hanson (Solving Least Squares Problems, chapter 23).
-fn nonnegative_least_squares(columns: &[Column], wanted: &[f64]) -> Vec<f64> {
+fn nonnegative_least_squares(columns: &[ActiveGradient], wanted: &[f64]) -> Vec<f64> {
     let lengths: Vec<f64> = columns.iter().map(|c| norm(&c.gradient)).collect();
     let unit = |k: usize, i: usize| columns[k].sign * columns[k].gradient[i] / lengths[k];
     let mut weights = vec![0.0; columns.len()];
@@ -251,8 +251,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn column(gradient: &[f64], free: bool) -> Column {
-        Column { gradient: gradient.to_vec(), sign: 1.0, free }
+    fn column(gradient: &[f64], free: bool) -> ActiveGradient {
+        ActiveGradient { gradient: gradient.to_vec(), sign: 1.0, free }
     }
 
     #[test]
@@ -279,8 +279,8 @@ mod tests {
         };
         for trial in 0..200 {
             let (n, k) = (2 + trial % 9, 1 + trial % 7);
-            let mut columns: Vec<Column> = (0..k)
-                .map(|j| Column {
+            let mut columns: Vec<ActiveGradient> = (0..k)
+                .map(|j| ActiveGradient {
                     gradient: (0..n).map(|_| random()).collect(),
                     sign: if random() > 0.0 { 1.0 } else { -1.0 },
                     free: j % 3 == 2,
@@ -289,7 +289,7 @@ mod tests {
             if trial % 4 == 0 {
                 // two constraints that are the same
                 let twin = columns[0].gradient.clone();
-                columns.push(Column { gradient: twin, sign: columns[0].sign, free: false });
+                columns.push(ActiveGradient { gradient: twin, sign: columns[0].sign, free: false });
             }
             let wanted: Vec<f64> = (0..n).map(|_| random()).collect();
             let weights = nonnegative_least_squares(&columns, &wanted);

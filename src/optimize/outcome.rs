@@ -6,7 +6,7 @@ use std::fmt;
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
-pub enum Status {
+pub enum Termination {
     /// A tolerance is met: the point is a minimum to that tolerance.
     #[serde(rename = "converged")]
     Converged,
@@ -30,7 +30,7 @@ pub enum Status {
     Interrupted,
 }
 
-impl Status {
+impl Termination {
     /// The stable text of the status, as it stands in reports.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -45,7 +45,7 @@ impl Status {
     }
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for Termination {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }
@@ -55,7 +55,7 @@ impl fmt::Display for Status {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Why the run ended.
-    pub status: Status,
+    pub status: Termination,
     /// The same in a sentence with numbers.
     pub message: String,
     /// The best point (length n); the start where nothing could be evaluated. With constraints the best is the lowest

@@ -1,6 +1,7 @@
 //! Problems with known answers, shared by the tests of this module.
 
-use super::{Optimizer, Outcome};
+use super::optimizer::Optimizer;
+use super::outcome::Outcome;
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 use crate::differentiate::{Function, VectorFunction, gradient, hessian, jacobian};
 use crate::scalar::Scalar;

@@ -1,15 +1,16 @@
 //! The end of a run in words: which constraints hold the design, which cannot be met.
 
-use super::Status;
-use super::kkt::{Point, Side, opposition, reached};
-use super::ledger::{Ledger, norm};
+use super::kkt::{ActiveBound, Iterate, opposition, reached};
+use super::ledger::Ledger;
+use super::outcome::Termination;
+use super::vector::norm;
 use crate::design::Problem;
 
 /// Names listed at most.
 const MOST: usize = 6;
 
 /// The point satisfies the first-order conditions.
-pub(super) fn converged(ledger: &Ledger<'_>, point: &Point) -> String {
+pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let mut message = format!(
         "No direction that keeps the constraints lowers the objective any more: KKT residual {:.1e}, largest violation {:.1e}.",
         point.optimality.residual, point.violation
@@ -19,7 +20,7 @@ pub(super) fn converged(ledger: &Ledger<'_>, point: &Point) -> String {
 }
 
 /// The constraints that hold the design, strongest first, with what they cost.
-fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
+fn holding(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let bounds = &ledger.description().constraint_bounds;
     let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);
     let mut held: Vec<usize> = (0..bounds.len()).filter(|&k| point.optimality.multipliers[k] != 0.0).collect();
@@ -30,8 +31,8 @@ fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
         .map(|&k| {
             let row = &point.evaluation.jacobian[k];
             let place = match reached(point.evaluation.constraints[k], &bounds[k], norm(row)) {
-                Some(Side::Lower) => format!("its minimum {}", bounds[k].lower),
-                Some(Side::Upper) => format!("its maximum {}", bounds[k].upper),
+                Some(ActiveBound::Lower) => format!("its minimum {}", bounds[k].lower),
+                Some(ActiveBound::Upper) => format!("its maximum {}", bounds[k].upper),
                 _ => format!("its value {}", bounds[k].lower),
             };
             let name = &ledger.description().constraint_names[k];
@@ -46,7 +47,7 @@ fn holding(ledger: &Ledger<'_>, point: &Point) -> String {
 }
 
 /// The iterations are used up; `point` is handed out.
-pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Point) -> String {
+pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String {
     format!(
         "Stopped at the limit of {} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
         ledger.iteration, point.optimality.residual, point.violation
@@ -54,20 +55,20 @@ pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Point) -> String {
 }
 
 /// All steps from `point` lead to failed analyses.
-pub(super) fn beset(ledger: &Ledger<'_>, point: &Point) -> (Status, String) {
+pub(super) fn beset(ledger: &Ledger<'_>, point: &Iterate) -> (Termination, String) {
     let message = format!(
         "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
         ledger.last_failure(),
         point.optimality.residual,
         point.violation
     );
-    (Status::Failed, message)
+    (Termination::Failed, message)
 }
 
 /// No step leads on; `point` is handed out.
-pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (Status, String) {
+pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> (Termination, String) {
     if point.violation > tolerance {
-        return (Status::Infeasible, contradiction(ledger, point, tolerance));
+        return (Termination::Infeasible, contradiction(ledger, point, tolerance));
     }
     let message = format!(
         "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}",
@@ -75,11 +76,11 @@ pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> (St
         point.violation,
         holding(ledger, point)
     );
-    (Status::Stalled, message)
+    (Termination::Stalled, message)
 }
 
 /// Which constraints are violated, by how much, and what stands against them.
-fn contradiction(ledger: &Ledger<'_>, point: &Point, tolerance: f64) -> String {
+fn contradiction(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> String {
     let (bounds, names) = (&ledger.description().constraint_bounds, &ledger.description().constraint_names);
     let violated: Vec<String> = (0..bounds.len())
         .filter(|&k| bounds[k].violation(point.evaluation.constraints[k]) > tolerance)
