@@ -31,6 +31,9 @@ pub enum DesignError {
     /// A quantity of the flow, in a problem without one.
     #[error("there is no flow: give a [flow] table with alpha or cl, and reynolds")]
     NoFlow,
+    /// A fold penalty or fold indicator, in a problem without a box.
+    #[error("there is no [box] that could fold")]
+    NoBox,
     /// Second derivatives of a flow.
     #[error("{name} has first derivatives only")]
     FlowSecondOrder {
