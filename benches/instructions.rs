@@ -60,7 +60,7 @@ fn run(name: &str, repetitions: usize) -> Option<()> {
         "l2_match_lbfgs" | "l2_match_newton" => {
             let name = name.rsplit('_').next()?;
             let case = cases::open(4, name);
-            let method = Method::from_name(name)?;
+            let method = Method::from_name(name).ok()?;
             repeat(&mut || {
                 let outcome = method.minimize(&mut case.problem.clone(), &mut |_| ControlFlow::Continue(()));
                 drop(black_box(outcome));

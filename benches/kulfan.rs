@@ -1,6 +1,6 @@
 //! The whole drag minimisation of the case `kulfan-5x5` (38 variables, a viscous flow an evaluation).
 
-use aeroform::design::Case;
+use aeroform::case::Case;
 use aeroform::optimize::{Optimizer, Sqp, Termination};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::ops::ControlFlow;

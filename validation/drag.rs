@@ -2,9 +2,8 @@
 
 use crate::Failure;
 use crate::sheet::Sheet;
-use aeroform::design::{
-    AnalysisFailure, Case, DesignProblem, Evaluation, Problem, ProblemDescription, check_gradients,
-};
+use aeroform::case::Case;
+use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription, check_gradients};
 use aeroform::flow::{Condition, Incidence, Settings, analyze, panel_parameters};
 use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Termination};
 use aeroform::report::{Align, Table};

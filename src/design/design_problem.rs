@@ -91,7 +91,7 @@ struct Workspace {
 }
 
 impl DesignProblem {
-    pub(super) fn new(
+    pub(crate) fn new(
         geometry: Geometry,
         target: Option<Section<f64>>,
         instruments: Instruments,
@@ -209,7 +209,7 @@ impl DesignProblem {
     }
 
     /// Whether everything but the flow has a value at the start.
-    pub(super) fn measures_at_start(&self) -> Result<(), DesignError> {
+    pub(crate) fn measures_at_start(&self) -> Result<(), DesignError> {
         let shape = self.geometry.shape(&self.start_values())?;
         let plain = self.quantities.iter().filter(|q| !matches!(q, Quantity::Flow(_)));
         plain.map(|q| self.instruments.value(q, &shape)).try_for_each(|value| value.map(|_| ()))

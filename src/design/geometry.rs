@@ -32,12 +32,12 @@ pub struct Variable {
     /// A natural size of change, for choosing finite-difference steps.
     pub step: f64,
     /// What it moves.
-    pub(super) kind: VariableKind,
+    pub(crate) kind: VariableKind,
 }
 
 /// What a variable moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum VariableKind {
+pub(crate) enum VariableKind {
     /// Parameter of the section definition, by position.
     Parameter(usize),
     /// Variable of the box motion, by position.
@@ -97,7 +97,7 @@ impl Geometry {
     ///
     /// # Errors
     /// A section that cannot be built or is not inside the box, and those of `motion`.
-    pub(super) fn new(
+    pub(crate) fn new(
         definition: SectionDefinition,
         parameters: Vec<f64>,
         deformation: Deformation,
@@ -119,7 +119,7 @@ impl Geometry {
     }
 
     /// Chooses the variables.
-    pub(super) fn set_variables(&mut self, variables: Vec<Variable>) {
+    pub(crate) fn set_variables(&mut self, variables: Vec<Variable>) {
         self.variables = variables;
     }
 
@@ -129,12 +129,12 @@ impl Geometry {
     }
 
     /// All parameters of the definition at the start.
-    pub(super) fn parameters(&self) -> &[f64] {
+    pub(crate) fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
     /// The motion of the net.
-    pub(super) fn motion(&self) -> &BoxMotion {
+    pub(crate) fn motion(&self) -> &BoxMotion {
         &self.motion
     }
 
@@ -167,7 +167,7 @@ impl Geometry {
     }
 
     /// The undeformed net.
-    pub(super) fn initial_net(&self) -> &[[f64; 2]] {
+    pub(crate) fn initial_net(&self) -> &[[f64; 2]] {
         &self.net
     }
 
@@ -291,7 +291,7 @@ impl Geometry {
     }
 
     /// Names, axes and start values of the motion variables and parameters, for building [`Variable`]s.
-    pub(super) fn motion_variables(&self) -> Vec<(String, Axis)> {
+    pub(crate) fn motion_variables(&self) -> Vec<(String, Axis)> {
         self.motion.names().into_iter().zip(self.motion.axes()).collect()
     }
 }

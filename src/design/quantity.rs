@@ -34,7 +34,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// The quantity of a name: `shape_error`, `fold_penalty`, or a measure of the section. Those of a flow belong to an
-    /// operating point and are made by [`Case`](super::Case).
+    /// operating point and are made by `Case` of the module [`case`](crate::case).
     ///
     /// # Errors
     /// An unknown name.
@@ -60,7 +60,7 @@ impl Quantity {
 
 /// What the quantities of one problem need beside the shape.
 #[derive(Debug, Clone)]
-pub(super) struct Instruments {
+pub(crate) struct Instruments {
     pub shape_error: Option<ShapeError>,
     pub penalty: Option<BoxPenalty<2>>,
     pub flow: Option<FlowAnalysis>,

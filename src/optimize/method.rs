@@ -3,7 +3,7 @@
 use super::lbfgs::Lbfgs;
 use super::newton::Newton;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress};
+use super::outcome::{OptimizeError, Outcome, Progress, refuse_constraints};
 use super::slsqp::Slsqp;
 use super::sqp::Sqp;
 use crate::design::Problem;
@@ -28,19 +28,28 @@ impl Method {
     pub const NAMES: [&'static str; 4] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME, Sqp::NAME];
 
     /// The method called `name` with its default settings.
-    pub fn from_name(name: &str) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`OptimizeError::UnknownMethod`].
+    pub fn from_name(name: &str) -> Result<Self, OptimizeError> {
         match name {
-            Lbfgs::NAME => Some(Self::Lbfgs(Lbfgs::default())),
-            Newton::NAME => Some(Self::Newton(Newton::default())),
-            Slsqp::NAME => Some(Self::Slsqp(Slsqp::default())),
-            Sqp::NAME => Some(Self::Sqp(Sqp::default())),
-            _ => None,
+            Lbfgs::NAME => Ok(Self::Lbfgs(Lbfgs::default())),
+            Newton::NAME => Ok(Self::Newton(Newton::default())),
+            Slsqp::NAME => Ok(Self::Slsqp(Slsqp::default())),
+            Sqp::NAME => Ok(Self::Sqp(Sqp::default())),
+            _ => Err(OptimizeError::UnknownMethod { name: name.into(), known: Self::NAMES }),
         }
     }
 
-    /// Whether the method takes constraints.
-    pub fn takes_constraints(&self) -> bool {
-        matches!(self, Self::Slsqp(_) | Self::Sqp(_))
+    /// Whether the method takes the constraints of `problem`, if there are any.
+    ///
+    /// # Errors
+    /// [`OptimizeError::ConstraintsNotSupported`].
+    pub fn check_constraints(&self, problem: &dyn Problem) -> Result<(), OptimizeError> {
+        match self {
+            Self::Lbfgs(_) | Self::Newton(_) => refuse_constraints(problem, self.name()),
+            Self::Slsqp(_) | Self::Sqp(_) => Ok(()),
+        }
     }
 
     /// The limits of the run, to read or set.

@@ -116,7 +116,15 @@ pub struct Progress<'a> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimizeError {
-    /// The method has no constraints.
+    /// There is no method of that name.
+    #[error("unknown method {name:?}; known: {}", known.join(", "))]
+    UnknownMethod {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: [&'static str; 4],
+    },
+    /// The method takes no constraints.
     #[error(
         "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"slsqp\""
     )]

@@ -2,7 +2,7 @@
 //!
 //! Every key is documented for users in `validation/cases/README.md`.
 
-use crate::design::motion::{Axis, Selection};
+use crate::design::{Axis, Selection};
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 

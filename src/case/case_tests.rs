@@ -5,7 +5,7 @@ fn case(text: &str) -> Result<Case, CaseError> {
     Case::parse("test.toml", text, Path::new(""))
 }
 
-const L2: &str = include_str!("../../../validation/cases/l2-match.toml");
+const L2: &str = include_str!("../../validation/cases/l2-match.toml");
 
 #[test]
 fn builtin_cases_are_named_as_their_files_and_can_be_built() {

@@ -11,7 +11,7 @@ pub struct BuiltinCase {
 
 macro_rules! builtin {
     ($($name:literal),* $(,)?) => {
-        &[$(BuiltinCase { name: $name, text: include_str!(concat!("../../../validation/cases/", $name, ".toml")) }),*]
+        &[$(BuiltinCase { name: $name, text: include_str!(concat!("../../validation/cases/", $name, ".toml")) }),*]
     };
 }
 

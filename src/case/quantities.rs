@@ -1,13 +1,9 @@
 //! Quantities by name, and constraints on them.
 
-use super::CaseError;
 use super::document::Document;
-use super::error::nearest;
+use super::error::{CaseError, nearest};
 use super::schema::{ConstraintTable, Limit};
-use crate::design::flow_analysis::{FlowOutput, FlowQuantity, OperatingPoint};
-use crate::design::geometry::Geometry;
-use crate::design::quantity::{Instruments, Quantity};
-use crate::design::{Bounds, Constraint};
+use crate::design::{Bounds, Constraint, FlowOutput, FlowQuantity, Geometry, Instruments, OperatingPoint, Quantity};
 
 /// `cd`, `cd at cruise` or `cd_at(cruise)`: output and operating point.
 fn flow_name(name: &str) -> Option<(FlowOutput, Option<&str>)> {
@@ -87,10 +83,24 @@ impl Quantities<'_> {
         })
     }
 
-    /// The constraints of a name, all within the same limits.
-    pub fn constraints(&self, name: &str, table: &ConstraintTable) -> Result<Vec<Constraint>, CaseError> {
-        let quantities = self.each(name, &["constraints", name])?;
-        quantities.into_iter().map(|quantity| self.constraint(name, quantity, table)).collect()
+    /// The constraints of all entries of the table, each quantity once.
+    pub fn constraints(&self, table: &[(String, ConstraintTable)]) -> Result<Vec<Constraint>, CaseError> {
+        let mut constraints: Vec<Constraint> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
+        for (name, entry) in table {
+            let path = ["constraints", name];
+            for quantity in self.each(name, &path)? {
+                if let Some(earlier) = constraints.iter().position(|c| c.quantity == quantity) {
+                    let (quantity, earlier) = (quantity.name(), names[earlier]);
+                    let message =
+                        format!("{quantity} is constrained by {earlier:?} already; give all its limits there");
+                    return Err(self.document.error(&path, message));
+                }
+                constraints.push(self.constraint(name, quantity, entry)?);
+                names.push(name);
+            }
+        }
+        Ok(constraints)
     }
 
     fn constraint(&self, name: &str, quantity: Quantity, table: &ConstraintTable) -> Result<Constraint, CaseError> {
