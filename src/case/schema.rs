@@ -26,7 +26,7 @@ pub(crate) struct CaseTable {
     pub flow: Option<FlowTables>,
     pub objective: ObjectiveTable,
     #[serde(default)]
-    pub constraints: Ordered<ConstraintTable>,
+    pub constraints: Entries<ConstraintTable>,
     #[serde(default)]
     pub report: ReportTable,
     #[serde(default)]
@@ -99,11 +99,11 @@ pub(crate) struct VariablesTable {
     #[serde(default)]
     pub parameters: Parameters,
     #[serde(default)]
-    pub bounds: Ordered<[f64; 2]>,
+    pub bounds: Entries<[f64; 2]>,
     #[serde(default)]
-    pub scale: Ordered<f64>,
+    pub scale: Entries<f64>,
     #[serde(default)]
-    pub start: Ordered<f64>,
+    pub start: Entries<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
@@ -230,7 +230,7 @@ impl<'de> Deserialize<'de> for Trip {
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectiveTable {
-    pub minimize: Ordered<f64>,
+    pub minimize: Entries<f64>,
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]
@@ -259,21 +259,21 @@ pub(crate) struct OptimizerTable {
     pub memory: Option<usize>,
 }
 
-/// A table whose keys keep their order (toml's own maps sort them).
+/// The entries of a table whose keys are names, sorted by key as the TOML parser hands them out.
 #[derive(Debug, Clone)]
-pub(crate) struct Ordered<T>(pub Vec<(String, T)>);
+pub(crate) struct Entries<T>(pub Vec<(String, T)>);
 
-impl<T> Default for Ordered<T> {
+impl<T> Default for Entries<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Entries<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Pairs<T>(std::marker::PhantomData<T>);
         impl<'de, T: Deserialize<'de>> Visitor<'de> for Pairs<T> {
-            type Value = Ordered<T>;
+            type Value = Entries<T>;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a table")
             }
@@ -282,7 +282,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
                 while let Some(pair) = map.next_entry()? {
                     pairs.push(pair);
                 }
-                Ok(Ordered(pairs))
+                Ok(Entries(pairs))
             }
         }
         deserializer.deserialize_map(Pairs(std::marker::PhantomData))
