@@ -1,4 +1,4 @@
-//! What a case gives: the end of a run, and a single evaluation.
+//! Results of a case: the end of a run, and a single evaluation.
 
 use crate::design::{DesignError, Shape};
 use crate::ffd::FoldReport;
@@ -7,7 +7,7 @@ use crate::optimize::{OptimizeError, Outcome};
 /// The end of a run of a case.
 #[derive(Debug, Clone)]
 pub struct CaseOutcome {
-    /// What the optimiser reports, in scaled variables.
+    /// Report of the optimiser, in scaled variables.
     pub outcome: Outcome,
     /// The best design: one value per variable, in the order of
     /// [`Geometry::variables`](crate::design::Geometry::variables) and in the unit of each.

@@ -25,7 +25,7 @@ fn flow_quantity(output: FlowOutput, point: Option<usize>, points: &[OperatingPo
     Quantity::Flow(FlowQuantity { output, point, label })
 }
 
-/// What the names of quantities mean in a case.
+/// The meaning of names of quantities in a case.
 pub(super) struct Quantities<'a> {
     pub document: &'a Document,
     pub geometry: &'a Geometry,

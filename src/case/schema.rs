@@ -1,4 +1,4 @@
-//! The case file as written: one struct a table, unknown keys refused.
+//! The case file as written: one struct per table, unknown keys refused.
 //!
 //! Every key is documented for users in `validation/cases/README.md`.
 
@@ -193,7 +193,7 @@ impl<'de> Deserialize<'de> for FlowTables {
     }
 }
 
-/// One position for both sides, or one a side; a position at the trailing edge (1) is none.
+/// One position for both sides, or one per side; a position at the trailing edge (1) is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Trip(pub [f64; 2]);
 

@@ -1,6 +1,6 @@
 //! `aeroform analyze`: one operating point of a section.
 
-use super::operating_point::{PointArguments, panelled};
+use super::flow_arguments::{FlowArguments, panelled};
 use super::{Failure, figures, pretty, print, print_json};
 use crate::flow::{Derivatives, InviscidSolution, Settings, Solution};
 use crate::report::OutputDirectory;
@@ -13,7 +13,7 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 pub(super) struct AnalyzeArguments {
     #[command(flatten)]
-    point: PointArguments,
+    point: FlowArguments,
     /// Angle of attack in degrees
     #[arg(long, allow_negative_numbers = true, required_unless_present = "cl", conflicts_with = "cl")]
     alpha: Option<f64>,

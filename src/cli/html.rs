@@ -3,17 +3,17 @@
 use crate::report::json::{ConstraintReport, RunReport};
 use std::fmt::Write;
 
-/// What the page shows.
+/// The content of the page.
 pub(super) struct Page<'a> {
     /// The content of `result.json`.
     pub result: &'a RunReport,
-    /// How to run it again.
+    /// The command that runs the case again.
     pub command: String,
     /// The case file.
     pub case: &'a str,
     /// Headings and SVG figures.
     pub figures: Vec<(String, String)>,
-    /// Further tables.
+    /// Tables that stand between the values and the design variables.
     pub tables: Vec<HtmlTable>,
 }
 
@@ -65,7 +65,7 @@ fn inline(svg: &str) -> &str {
 }
 
 impl Page<'_> {
-    /// The page.
+    /// The page as HTML.
     pub fn render(&self) -> String {
         let result = self.result;
         let mut text = format!(

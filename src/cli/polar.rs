@@ -1,6 +1,6 @@
 //! `aeroform polar`: a sweep of the angle of attack.
 
-use super::operating_point::{PointArguments, panelled};
+use super::flow_arguments::{FlowArguments, panelled};
 use super::{Failure, figures, print, print_json};
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
@@ -12,7 +12,7 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 pub(super) struct PolarArguments {
     #[command(flatten)]
-    point: PointArguments,
+    point: FlowArguments,
     /// Angles of attack in degrees
     #[arg(long, value_name = "FIRST:LAST:STEP", allow_hyphen_values = true)]
     alpha: String,

@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// A constraint: a quantity within bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Constraint {
-    /// The quantity.
+    /// The quantity that is constrained.
     pub quantity: Quantity,
-    /// Where it must lie.
+    /// Bounds of the quantity.
     pub bounds: Bounds,
 }
 
@@ -27,7 +27,7 @@ pub struct Constraint {
 pub struct ShapeFlows {
     /// The panel nodes, from the trailing edge over the upper surface and back.
     pub nodes: Vec<[f64; 2]>,
-    /// One an operating point, or why there is none.
+    /// One solution per operating point, or why there is none.
     pub solutions: Vec<Result<Solution, DesignError>>,
 }
 
@@ -264,14 +264,14 @@ impl DesignProblem {
         self.instruments.flow.as_ref().map_or(&[], FlowAnalysis::points)
     }
 
-    /// The flows about a shape, one an operating point, with the panel nodes they were found on; `None` without flow.
+    /// The flows about a shape, one per operating point, with the panel nodes they were found on; `None` without flow.
     pub fn flows(&self, shape: &Shape) -> Option<ShapeFlows> {
         let flow = self.instruments.flow.as_ref()?;
         let nodes = flow.nodes(shape.section.curve().control_points());
         Some(ShapeFlows { nodes, solutions: flow.solutions(shape) })
     }
 
-    /// What flows took so far.
+    /// Number of flows so far and the time they took.
     pub fn flow_timing(&self) -> FlowTiming {
         self.instruments.flow.as_ref().map_or_else(FlowTiming::default, FlowAnalysis::timing)
     }

@@ -13,15 +13,15 @@ use std::time::Instant;
 /// One operating point of a design problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatingPoint {
-    /// Its name; empty where there is only one.
+    /// Name of the point; empty where there is only one.
     pub name: String,
-    /// Its share in weighted means; the shares of all points add up to one.
+    /// Share of the point in weighted means; the shares of all points add up to one.
     pub weight: f64,
     /// Flow conditions; at a fixed lift coefficient the angle of attack follows the shape.
     pub condition: Condition,
 }
 
-/// What is read off a flow.
+/// A number that is read off a flow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlowOutput {
@@ -106,7 +106,7 @@ fn base_values(solution: &Solution) -> [f64; BASE] {
 /// An output at one operating point, or its weighted mean over all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlowQuantity {
-    /// What is read off.
+    /// The number that is read off.
     pub output: FlowOutput,
     /// The operating point, by position; `None` for the weighted mean.
     pub point: Option<usize>,
@@ -125,13 +125,13 @@ impl FlowQuantity {
 /// How long flows took so far, in seconds, and how many there were.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FlowTiming {
-    /// Flow solutions.
+    /// Number of flow solutions.
     pub solutions: usize,
-    /// Time in them, summed over threads.
+    /// Time spent on solutions in seconds, summed over threads.
     pub solution_seconds: f64,
-    /// Solutions differentiated.
+    /// Number of solutions that were differentiated.
     pub gradients: usize,
-    /// Time in their derivatives.
+    /// Time spent on derivatives in seconds.
     pub gradient_seconds: f64,
 }
 
@@ -230,7 +230,7 @@ impl FlowAnalysis {
         nodes
     }
 
-    /// The solutions about a shape, one an operating point, or why there is none.
+    /// The solutions about a shape, one per operating point, or why there is none.
     pub fn solutions(&self, shape: &Shape<f64>) -> Vec<Result<Solution, DesignError>> {
         self.flows(self.nodes(shape.section.curve().control_points())).solutions.clone()
     }
@@ -387,7 +387,7 @@ fn in_parallel<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Ve
     in_parallel_with(items, || (), |(), item| of(item))
 }
 
-/// The same with something that each thread makes for itself first.
+/// Applies `of` to every item like [`in_parallel`], with a worker that each thread makes for itself first.
 pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
     items: &[T],
     make: impl Fn() -> W + Sync,

@@ -7,7 +7,7 @@ use crate::ffd::{FfdBox, LinearMap};
 use crate::scalar::Scalar;
 use crate::section::{Section, SectionDefinition};
 
-/// What stands between the undeformed section and the deformed one.
+/// The kind of deformation between the undeformed section and the deformed one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Deformation {
     /// Nothing: the section moves with its parameters only.
@@ -23,19 +23,19 @@ pub enum Deformation {
 pub struct Variable {
     /// Unique name: `dx[column,row]`, `dy[column,row]`, or the name of a section parameter.
     pub name: String,
-    /// Value at the start, in its own unit (chords; displacements are zero where nothing else is said).
+    /// Value at the start, in the unit of the variable (chords; displacements are zero where nothing else is said).
     pub start: f64,
     /// Step of the variable that the optimiser sees as one.
     pub scale: f64,
-    /// Bounds in its own unit.
+    /// Bounds in the unit of the variable.
     pub bounds: Bounds,
     /// A natural size of change, for choosing finite-difference steps.
     pub step: f64,
-    /// What it moves.
+    /// The thing that the variable moves.
     pub(crate) kind: VariableKind,
 }
 
-/// What a variable moves.
+/// The thing that a variable moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum VariableKind {
     /// Parameter of the section definition, by position.
@@ -82,7 +82,7 @@ pub struct Shape<S = f64> {
 /// A shape with its derivative with respect to every variable, in the variables' own units.
 #[derive(Debug, Clone)]
 pub struct LinearisedShape {
-    /// The shape.
+    /// The shape at the given variables.
     pub shape: Shape<f64>,
     /// For each variable, the derivative of every control point of the section.
     pub section_tangents: Vec<Vec<[f64; 2]>>,

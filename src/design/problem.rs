@@ -1,4 +1,4 @@
-//! What an optimiser sees of a design problem.
+//! The view that an optimiser has of a design problem.
 
 use nalgebra::DMatrix;
 
@@ -30,7 +30,7 @@ impl Evaluation {
 #[derive(Debug, Clone, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
 #[error("{reason}")]
 pub struct AnalysisFailure {
-    /// What went wrong, in a sentence.
+    /// The reason in a sentence.
     pub reason: String,
 }
 
@@ -44,7 +44,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// No bounds.
+    /// Bounds that every number meets.
     pub const FREE: Self = Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY };
 
     /// Whether neither side is bounded.
@@ -58,7 +58,7 @@ impl Bounds {
     }
 }
 
-/// What is known of a problem before anything is evaluated.
+/// Names, bounds and start: all that is known of a problem before anything is evaluated.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ProblemDescription {
     /// Names of the variables (length n).
@@ -79,7 +79,7 @@ pub struct ProblemDescription {
 ///
 /// Variables are scaled: a step of one is a large but sensible change of the shape.
 pub trait Problem {
-    /// Names, bounds and start: what is known of the problem before anything is evaluated.
+    /// Names, bounds and start, which do not depend on the point.
     fn description(&self) -> &ProblemDescription;
     /// Values and exact first derivatives at `x`.
     ///

@@ -23,7 +23,7 @@ pub enum Quantity {
         column: usize,
         /// Row of the control point.
         row: usize,
-        /// Its position in the list of control points.
+        /// Position of the control point in the list of all of them.
         index: usize,
     },
     /// A measure of the section.
@@ -58,7 +58,7 @@ impl Quantity {
     }
 }
 
-/// What the quantities of one problem need beside the shape.
+/// Target, penalty and flow: the things that quantities of a problem need beside the shape.
 #[derive(Debug, Clone)]
 pub(crate) struct Instruments {
     pub shape_error: Option<ShapeError>,

@@ -3,12 +3,12 @@
 use crate::design::{AnalysisFailure, Evaluation};
 use nalgebra::DMatrix;
 
-/// What was asked of a problem, and what it answered.
+/// One question to a problem and its answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// The point (length n).
     pub x: Vec<f64>,
-    /// The answer.
+    /// The answer at that point.
     pub answer: Answer,
 }
 
@@ -24,7 +24,7 @@ pub enum Answer {
 /// The records of a run, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Journal {
-    /// The records.
+    /// The records in the order of the questions.
     pub records: Vec<Record>,
 }
 

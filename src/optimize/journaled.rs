@@ -71,7 +71,7 @@ impl<P: Problem> Journaled<P> {
         self
     }
 
-    /// What has been recorded, the replayed part included.
+    /// The records so far, the replayed part included.
     pub fn journal(&self) -> &Journal {
         &self.journal
     }

@@ -18,7 +18,7 @@ pub(super) struct Optimality {
     pub multipliers: Vec<f64>,
     /// Largest entry of the projected gradient of the Lagrangian, or of multiplier times distance from its bound.
     pub residual: f64,
-    /// Its Euclidean norm.
+    /// Euclidean norm of the projected gradient of the Lagrangian.
     pub norm: f64,
 }
 
@@ -148,7 +148,7 @@ fn active(
     (numbers, columns)
 }
 
-/// What keeps the violated constraints from being met: the other constraints that push against them at `x`, and
+/// The reasons that keep the violated constraints from being met: the other constraints that push against them at `x`, and
 /// whether the variables' bounds do.
 pub(super) fn opposition(
     problem: &dyn Problem,

@@ -15,7 +15,7 @@ use std::time::Instant;
 #[error("the run has ended")]
 pub(super) struct Halted;
 
-/// What ends a run from outside of the method.
+/// The event outside of the method that ends a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Halt {
     /// No evaluation is left.
@@ -98,7 +98,7 @@ impl<'a> Ledger<'a> {
         new < old || (new == old && evaluation.objective < best.objective)
     }
 
-    /// What ended the run from outside, if anything did: every further evaluation is refused.
+    /// The event outside of the method that ended the run, if there was one: every further evaluation is refused.
     pub(super) fn halted(&self) -> Option<Halt> {
         self.halt
     }

@@ -1,4 +1,4 @@
-//! What a run tells while it goes on and when it ends.
+//! Progress of a run, its outcome, and the errors of problems and settings.
 
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use std::fmt;
@@ -56,7 +56,7 @@ impl fmt::Display for Termination {
 pub struct Outcome {
     /// Why the run ended.
     pub status: Termination,
-    /// The same in a sentence with numbers.
+    /// The reason in a sentence with numbers.
     pub message: String,
     /// The best point (length n); the start where nothing could be evaluated. With constraints the best is the lowest
     /// objective among the points that meet them, and the least violation where none does.
@@ -65,17 +65,17 @@ pub struct Outcome {
     pub evaluation: Option<Evaluation>,
     /// Evaluations of the problem at distinct points, failed ones included.
     pub evaluations: usize,
-    /// How many of them failed.
+    /// Number of evaluations that failed.
     pub failures: usize,
     /// Hessians asked for.
     pub hessians: usize,
-    /// Iterations.
+    /// Iterations of the method.
     pub iterations: usize,
     /// How far `x` is from satisfying the first-order conditions (Karush, Kuhn and Tucker): the largest entry of
     /// [`projected_gradient`] of the Lagrangian `objective − Σ multiplier · constraint`, so without bounds and
     /// constraints the largest entry of the gradient. NaN where there is no evaluation.
     pub kkt_residual: f64,
-    /// Euclidean norm of the same. NaN where there is no evaluation.
+    /// Euclidean norm of that projected gradient. NaN where there is no evaluation.
     pub gradient_norm: f64,
     /// For each constraint the derivative of the optimal objective with respect to the bound that is reached:
     /// positive at a lower bound, negative at an upper one, 0 where none is reached. They are those that fit the
@@ -96,7 +96,7 @@ pub struct Progress<'a> {
     pub iteration: usize,
     /// The point (length n), in the variables of the problem.
     pub x: &'a [f64],
-    /// What the evaluation gave.
+    /// The evaluation, or why there is none.
     pub result: Result<&'a Evaluation, &'a AnalysisFailure>,
     /// Objective of the best point so far, this one included; +∞ before the first success.
     pub best_objective: f64,
@@ -129,29 +129,29 @@ pub enum OptimizeError {
         "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"slsqp\""
     )]
     ConstraintsNotSupported {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
         /// How many constraints there are.
         count: usize,
-        /// The name of the first.
+        /// Name of the first constraint.
         first: String,
     },
     /// The method needs second derivatives and the problem has none.
     #[error("method \"{method}\" needs second derivatives, which this problem does not offer; use \"lbfgs\"")]
     NoHessian {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
     },
     /// A setting out of its range.
     #[error("setting `{setting}` of method \"{method}\" is {value}; it must be {range}")]
     Setting {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
-        /// The setting.
+        /// Name of the setting.
         setting: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed, in words.
         range: &'static str,
     },
     /// Lists of the problem that must be equally long are not.
@@ -159,9 +159,9 @@ pub enum OptimizeError {
     Length {
         /// Number of variable names.
         variables: usize,
-        /// Which list.
+        /// The list, in words.
         what: &'static str,
-        /// Its length.
+        /// Length of the list.
         found: usize,
     },
     /// As many bounds as constraints are needed.
@@ -175,29 +175,29 @@ pub enum OptimizeError {
     /// Bounds that leave no room.
     #[error("variable \"{variable}\" has no room between its bounds {lower} and {upper}")]
     EmptyBounds {
-        /// The variable.
+        /// Name of the variable.
         variable: String,
-        /// Its lower bound.
+        /// The lower bound.
         lower: f64,
-        /// Its upper bound.
+        /// The upper bound.
         upper: f64,
     },
     /// Bounds of a constraint that nothing can meet.
     #[error("constraint \"{constraint}\" has no room between its bounds {lower} and {upper}")]
     EmptyConstraint {
-        /// The constraint.
+        /// Name of the constraint.
         constraint: String,
-        /// Its lower bound.
+        /// The lower bound.
         lower: f64,
-        /// Its upper bound.
+        /// The upper bound.
         upper: f64,
     },
     /// A start that is no number.
     #[error("variable \"{variable}\" starts at {value}; it must be finite")]
     Start {
-        /// The variable.
+        /// Name of the variable.
         variable: String,
-        /// Its value.
+        /// Start of the variable.
         value: f64,
     },
 }

@@ -90,7 +90,7 @@ impl QuadraticModel {
         eigen.lowest() < -RESOLUTION * eigen.size()
     }
 
-    /// What the unbounded quadratic would gain, where it has a minimum.
+    /// Decrease of the quadratic at its minimum, where it has one.
     pub(super) fn decrement(&self) -> Option<f64> {
         self.newton.as_ref().map(|step| -0.5 * self.gradient.dot(step))
     }

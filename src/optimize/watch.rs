@@ -10,7 +10,7 @@ pub(super) enum Ending {
     Stalled,
 }
 
-/// What a run knows about its progress: the points so far that no other beats in both violation and objective.
+/// Progress of a run: the points so far that no other beats in both violation and objective.
 ///
 /// A design that lowers the objective while it gives up a little of a constraint is on its way as much as one that
 /// meets the constraints better.

@@ -1,4 +1,4 @@
-//! What a run leaves behind: figures, tables, JSON and the files they are written to.
+//! Figures, tables and JSON of results, and the files they are written to.
 //!
 //! * `figures`: sections, convergence and line plots as SVG text (feature `figures`, on by default);
 //! * [`json`]: the JSON of runs, evaluations, sections and flows, as types;

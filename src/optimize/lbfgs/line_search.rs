@@ -44,7 +44,7 @@ pub(super) struct Rejected;
 #[error("no acceptable step along the line")]
 struct NoStep;
 
-/// What to do after a trial.
+/// The next move after a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Advice {
     /// Try this step.

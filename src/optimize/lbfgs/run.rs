@@ -23,7 +23,7 @@ struct FirstOrderPoint {
     gradient: Vec<f64>,
 }
 
-/// What a run carries from leg to leg.
+/// The state of a run, which lasts from leg to leg.
 pub(super) struct LbfgsRun<'a> {
     pub(super) problem: Bounded<Ledger<'a>>,
     pub(super) settings: Lbfgs,
@@ -39,7 +39,7 @@ pub(super) struct LbfgsRun<'a> {
     step: f64,
     /// Largest norm of the gradient so far.
     steepest: f64,
-    /// What the objective is divided by.
+    /// Divisor of the objective.
     scale: f64,
     /// Whether an analysis succeeded since the last step.
     succeeded: bool,
@@ -180,7 +180,7 @@ impl<'a> LbfgsRun<'a> {
         self.leg_start - objective > self.settings.objective_tolerance * objective.abs()
     }
 
-    /// What to say where failed analyses stand in the way.
+    /// The reason to give where failed analyses stand in the way.
     fn pressed(&self) -> String {
         let reason = self.problem.inner().last_failure();
         let slope = norm(&self.current.gradient);

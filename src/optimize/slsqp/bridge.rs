@@ -12,14 +12,14 @@ use basin::{
 };
 use std::cell::RefCell;
 
-/// What a run carries from leg to leg.
+/// The state of a run, which lasts from leg to leg.
 pub(super) struct SlsqpRun<'a> {
     pub ledger: Ledger<'a>,
     /// Length of the first step along the negative gradient of the objective.
     first_step: f64,
     /// The latest point, so that objective, constraints and gradients share an evaluation.
     latest: Option<(Vec<f64>, Result<Evaluation, AnalysisFailure>)>,
-    /// What the objective is multiplied by.
+    /// Factor of the objective.
     scale: f64,
     /// Where the method stands.
     anchor: Option<Iterate>,
@@ -97,7 +97,7 @@ impl<'a> SlsqpRun<'a> {
     }
 }
 
-/// What `basin` sees: the problem with objective and constraints scaled. A failed analysis is NaN, which its line search
+/// The problem as `basin` sees it: with objective and constraints scaled. A failed analysis is NaN, which its line search
 /// answers with half the step.
 pub(super) struct BasinProblem<'r, 'a> {
     run: &'r RefCell<SlsqpRun<'a>>,

@@ -18,7 +18,7 @@ pub(super) struct Curvature {
     least: f64,
     /// Iterations since the last sample.
     pub age: usize,
-    /// Whether there has been one.
+    /// Whether the curvature has been sampled.
     pub sampled: bool,
 }
 
@@ -32,7 +32,7 @@ fn lagrangian(evaluation: &Evaluation, multipliers: &[f64]) -> DVector<f64> {
 }
 
 impl Curvature {
-    /// The same curvature `first` in all of `n` directions.
+    /// Equal curvature `first` in all of `n` directions.
     pub fn new(n: usize, first: f64, least: f64) -> Self {
         Self { matrix: DMatrix::identity(n, n) * first, first, least, age: 0, sampled: false }
     }

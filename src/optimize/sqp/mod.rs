@@ -122,7 +122,7 @@ fn rows(bounds: &[Bounds], start: &Evaluation) -> Vec<ConstraintRow> {
 
 /// Smallest trust region.
 const LEAST_RADIUS: f64 = 1e-10;
-/// Largest one.
+/// Largest trust region.
 const MOST_RADIUS: f64 = 10.0;
 /// Trust region after the curvature has been sampled, at least.
 const RENEWED_RADIUS: f64 = 0.1;
@@ -184,7 +184,7 @@ impl SqpRun {
         self.solve_for(bounds, rows, values, price, &self.point.evaluation.gradient, &self.model())
     }
 
-    /// The same for another gradient and curvature.
+    /// The step of the model with another gradient and curvature in place of its own.
     fn solve_for(
         &self,
         bounds: &[Bounds],
@@ -234,7 +234,7 @@ impl SqpRun {
         Some(Proposal { predicted: relief - model, step, linear })
     }
 
-    /// What the rows are short of, at the price of each.
+    /// Sum of the shortfalls of the rows, each times its price.
     fn shortfall(&self, values: &[f64]) -> f64 {
         values.iter().zip(&self.weights).map(|(v, w)| w * (-v).max(0.0)).sum()
     }
@@ -272,7 +272,7 @@ impl SqpRun {
     }
 }
 
-/// What came of a proposal.
+/// The result of trying a proposal.
 enum Trial {
     Accepted { x: Vec<f64>, evaluation: Evaluation, ratio: f64 },
     Rejected,

@@ -11,9 +11,9 @@ pub(super) struct ElasticProgram<'a> {
     pub gradient: &'a [f64],
     /// B (n × n), symmetric positive definite.
     pub hessian: &'a DMatrix<f64>,
-    /// One row a constraint.
+    /// One row per constraint.
     pub rows: &'a DMatrix<f64>,
-    /// What each row needs at least.
+    /// The least value that each row needs.
     pub needed: &'a [f64],
     /// Price of the shortfall of each row, positive.
     pub penalties: &'a [f64],
@@ -35,7 +35,7 @@ const ITERATIONS: usize = 80;
 const ACCURACY: f64 = 1e-13;
 /// Complementarity up to which a solution is of use.
 const USEFUL: f64 = 1e-7;
-/// What the interior-point method may miss of a row that holds.
+/// Distance by which the interior-point method may miss a row that holds.
 const LARGEST_POLISH: f64 = 1e-6;
 /// How close to its limits a step may go.
 const TO_THE_EDGE: f64 = 0.995;
@@ -264,7 +264,7 @@ impl ElasticProgram<'_> {
 /// A step of all unknowns of the interior-point method.
 struct InteriorStep {
     d: DVector<f64>,
-    /// Of the multipliers of the rows; those of the shortfalls move the other way.
+    /// Step of the multipliers of the rows; the multipliers of the shortfalls move the other way.
     multiplier: DVector<f64>,
     surplus: DVector<f64>,
     shortfall: DVector<f64>,

@@ -156,7 +156,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(width).sum::<f64>() * size
 }
 
-/// What stands before a label in a legend.
+/// The sign before a label in a legend.
 #[derive(Clone, Copy)]
 pub(super) enum LegendSample {
     Line(Stroke),

@@ -27,13 +27,13 @@ use super::{Color, FigureError, Stroke};
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LineFigure {
-    /// What stands above.
+    /// Title above the plot.
     pub title: String,
     /// Name of the horizontal axis.
     pub x_label: String,
     /// Name of the vertical axis.
     pub y_label: String,
-    /// The curves.
+    /// The curves; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
     /// Whether the vertical axis grows downwards, as is usual for pressure coefficients.
     pub inverted_y: bool,
@@ -46,11 +46,11 @@ pub struct LineFigure {
 /// A curve in a [`LineFigure`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What the legend calls it; nothing leaves it out there.
+    /// Name in the legend; an empty name leaves the curve out of the legend.
     pub label: String,
-    /// Its points.
+    /// Points of the curve.
     pub points: Vec<[f64; 2]>,
-    /// How its line is drawn; a width of 0 draws none.
+    /// Colour, width and dashes of the line; a width of 0 draws none.
     pub stroke: Stroke,
     /// Whether each point has a dot.
     pub dots: bool,
@@ -59,9 +59,9 @@ pub struct Series {
 /// A vertical line at `x`, with a name written along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Annotation {
-    /// Where.
+    /// Position on the horizontal axis.
     pub x: f64,
-    /// The name.
+    /// Text along the line.
     pub label: String,
 }
 

@@ -20,7 +20,7 @@ use plotters::style::BLACK;
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SectionFigure {
-    /// What stands above.
+    /// Title above the plot.
     pub title: String,
     /// The sections; later ones are drawn over earlier ones.
     pub curves: Vec<SectionCurve>,
@@ -33,11 +33,11 @@ pub struct SectionFigure {
 /// A section in a [`SectionFigure`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionCurve {
-    /// What the legend calls it; nothing leaves it out there.
+    /// Name in the legend; an empty name leaves the section out of the legend.
     pub label: String,
-    /// Its points in chords. The polyline is drawn as it is, so take enough of them.
+    /// Points in chords. The polyline is drawn as it is, so take enough of them.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// Colour, width and dashes of the line.
     pub stroke: Stroke,
 }
 

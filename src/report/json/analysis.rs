@@ -14,7 +14,7 @@ pub struct AnalysisReport {
     pub residual: f64,
     /// Newton iterations.
     pub iterations: usize,
-    /// What was tried before.
+    /// Attempts before the one that gave the solution.
     pub attempts: Vec<Attempt>,
     /// Angle of attack in degrees.
     pub alpha: f64,

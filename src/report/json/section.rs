@@ -29,7 +29,7 @@ pub struct SectionReport {
 /// A B-spline curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CurveReport {
-    /// Degree.
+    /// Degree of the curve.
     pub degree: usize,
     /// Knots with their multiplicity.
     pub knots: Vec<f64>,
