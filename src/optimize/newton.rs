@@ -8,6 +8,7 @@ use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refus
 use super::settings::{Range, check_settings};
 use super::trust_region::QuadraticModel;
 use super::vector::norm;
+use super::verdict;
 use crate::design::{Evaluation, Problem};
 use std::ops::ControlFlow;
 
@@ -146,8 +147,7 @@ impl NewtonRun<'_> {
         let start = self.problem.description().start.to_vec();
         let first = self.problem.evaluate(&start).ok().and_then(|evaluation| self.expand(start, evaluation));
         let Some(mut point) = first else {
-            let reason = self.problem.inner().last_failure();
-            return (Termination::Failed, format!("The analysis fails at the start: {reason}."));
+            return verdict::fails_at_start(self.problem.inner().last_failure());
         };
         loop {
             if let Some(verdict) = self.judge(&mut point) {
@@ -258,9 +258,7 @@ impl NewtonRun<'_> {
             }
         }
         if ledger.out_of_iterations() {
-            let message =
-                format!("Stopped at the limit of {} iterations before a tolerance was met.", limits.iterations);
-            return Some((Termination::IterationLimit, message));
+            return Some(verdict::iteration_limit(limits.iterations));
         }
         None
     }
@@ -272,19 +270,10 @@ impl NewtonRun<'_> {
 
     /// The verdict where no step is accepted.
     fn stuck(&self, slope: f64) -> (Termination, String) {
-        let ledger = self.problem.inner();
         if self.failed_recently() {
-            let reason = ledger.last_failure();
-            let message = format!(
-                "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
-            );
-            return (Termination::Failed, message);
+            return verdict::walled_in(self.problem.inner(), slope);
         }
-        let ratio = slope / self.steepest;
-        let message = format!(
-            "No step lowers the objective further at the precision it is computed with; the norm of the gradient is {slope:.1e}, {ratio:.1e} of its largest."
-        );
-        (Termination::Stalled, message)
+        verdict::no_descent(slope, self.steepest)
     }
 }
 

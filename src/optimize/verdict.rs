@@ -9,6 +9,35 @@ use crate::design::Problem;
 /// Names listed at most.
 const MOST: usize = 6;
 
+/// The start cannot be analysed.
+pub(super) fn fails_at_start(reason: &str) -> (Termination, String) {
+    (Termination::Failed, format!("The analysis fails at the start: {reason}."))
+}
+
+/// The iterations are used up in a run without constraints.
+pub(super) fn iteration_limit(iterations: usize) -> (Termination, String) {
+    let message = format!("Stopped at the limit of {iterations} iterations before a tolerance was met.");
+    (Termination::IterationLimit, message)
+}
+
+/// Failed analyses bar the way down; `slope` is the norm of the gradient.
+pub(super) fn walled_in(ledger: &Ledger<'_>, slope: f64) -> (Termination, String) {
+    let message = format!(
+        "The objective falls only towards points where the analysis fails: {}. The norm of the gradient is {slope:.1e}.",
+        ledger.last_failure()
+    );
+    (Termination::Failed, message)
+}
+
+/// No step lowers the objective; `slope` is the norm of the gradient, `steepest` the largest in the run.
+pub(super) fn no_descent(slope: f64, steepest: f64) -> (Termination, String) {
+    let ratio = slope / steepest;
+    let message = format!(
+        "No step lowers the objective further at the precision it is computed with; the norm of the gradient is {slope:.1e}, {ratio:.1e} of its largest."
+    );
+    (Termination::Stalled, message)
+}
+
 /// The point satisfies the first-order conditions.
 pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let mut message = format!(

@@ -4,6 +4,7 @@ use super::super::bounded::Bounded;
 use super::super::ledger::{Halted, Ledger};
 use super::super::outcome::{Progress, Termination};
 use super::super::vector::{dot, norm};
+use super::super::verdict;
 use super::line_search::{ArgminState, Rejected, WolfeLineSearch};
 use super::settings::Lbfgs;
 use crate::design::Problem;
@@ -81,10 +82,8 @@ impl<'a> LbfgsRun<'a> {
     /// Evaluates the start.
     pub(super) fn begin(&mut self) -> Result<(), (Termination, String)> {
         let start = self.problem.description().start.to_vec();
-        self.current = self.at(&start).map_err(|_| {
-            let reason = self.problem.inner().last_failure();
-            (Termination::Failed, format!("The analysis fails at the start: {reason}."))
-        })?;
+        let first = self.at(&start);
+        self.current = first.map_err(|_| verdict::fails_at_start(self.problem.inner().last_failure()))?;
         self.judge();
         Ok(())
     }
@@ -158,7 +157,7 @@ impl<'a> LbfgsRun<'a> {
             Some((Termination::Converged, message))
         } else if self.hindered >= patience && unchanged(objective_tolerance.sqrt()) {
             // steps that are short because of failures are no sign of a minimum
-            Some((Termination::Failed, self.pressed()))
+            Some(verdict::walled_in(self.problem.inner(), slope))
         } else if self.unhindered >= patience && unchanged(objective_tolerance) {
             let change = (before - objective) / objective.abs();
             let message = format!(
@@ -166,9 +165,7 @@ impl<'a> LbfgsRun<'a> {
             );
             Some((Termination::Converged, message))
         } else if self.problem.inner().out_of_iterations() {
-            let message =
-                format!("Stopped at the limit of {} iterations before a tolerance was met.", limits.iterations);
-            Some((Termination::IterationLimit, message))
+            Some(verdict::iteration_limit(limits.iterations))
         } else {
             None
         };
@@ -180,26 +177,13 @@ impl<'a> LbfgsRun<'a> {
         self.leg_start - objective > self.settings.objective_tolerance * objective.abs()
     }
 
-    /// The reason to give where failed analyses stand in the way.
-    fn pressed(&self) -> String {
-        let reason = self.problem.inner().last_failure();
-        let slope = norm(&self.current.gradient);
-        format!(
-            "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
-        )
-    }
-
     /// The verdict where no line search leads on.
     pub(super) fn stuck(&self) -> (Termination, String) {
         let slope = norm(&self.current.gradient);
         if !self.succeeded && self.problem.inner().last_failed() {
-            return (Termination::Failed, self.pressed());
+            return verdict::walled_in(self.problem.inner(), slope);
         }
-        let ratio = slope / self.steepest;
-        let message = format!(
-            "No step lowers the objective further at the precision it is computed with; the norm of the gradient is {slope:.1e}, {ratio:.1e} of its largest."
-        );
-        (Termination::Stalled, message)
+        verdict::no_descent(slope, self.steepest)
     }
 }
 

@@ -156,7 +156,7 @@ impl Judge {
 fn drive(run: &RefCell<SlsqpRun<'_>>, settings: Slsqp) -> (Termination, String) {
     let mut point = match run.borrow_mut().begin() {
         Ok(point) => point,
-        Err(failure) => return (Termination::Failed, format!("The analysis fails at the start: {failure}.")),
+        Err(failure) => return report::fails_at_start(&failure.reason),
     };
     let mut judge = Judge::new(settings);
     if let Some(verdict) = judge.judge(&mut run.borrow_mut(), &point) {

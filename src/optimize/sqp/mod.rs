@@ -285,7 +285,7 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
         ledger.description().start.iter().zip(&bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
     let evaluation = match ledger.evaluate(&start) {
         Ok(evaluation) => evaluation,
-        Err(failure) => return (Termination::Failed, format!("The analysis fails at the start: {failure}.")),
+        Err(failure) => return verdict::fails_at_start(&failure.reason),
     };
     let slope = norm(&evaluation.gradient).max(f64::MIN_POSITIVE);
     let rows = rows(&ledger.description().constraint_bounds, &evaluation);
