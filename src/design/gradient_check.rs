@@ -5,7 +5,7 @@ use crate::differentiate::{StepRange, finite_difference_jacobian};
 use num_dual::Dual64;
 
 /// One derivative, found in three ways.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct DerivativeCheck {
     /// Name of the quantity.
     pub quantity: String,
@@ -16,10 +16,13 @@ pub struct DerivativeCheck {
     /// Plain forward mode through the whole pipeline, one variable at a time.
     pub forward: f64,
     /// Extrapolated finite difference.
+    #[serde(rename = "finite_difference")]
     pub difference: f64,
     /// Error of the finite difference, as its own extrapolation estimates it.
+    #[serde(rename = "finite_difference_error")]
     pub difference_error: f64,
     /// Norm of the quantity's gradient (variables in units of their step), for judging small entries.
+    #[serde(skip)]
     pub scale: f64,
 }
 

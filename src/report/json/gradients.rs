@@ -22,21 +22,13 @@ pub struct GradientsReport {
     pub derivatives: Vec<DerivativeReport>,
 }
 
-/// One derivative, found in three ways.
+/// One derivative, found in three ways, and how far they agree.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DerivativeReport {
-    /// Name of the quantity.
-    pub quantity: String,
-    /// Name of the variable.
-    pub variable: String,
-    /// The derivative that optimisers use.
-    pub exact: f64,
-    /// Plain forward mode through the whole pipeline.
-    pub forward: f64,
-    /// Extrapolated finite difference.
-    pub finite_difference: f64,
-    /// Error of the finite difference, as its extrapolation estimates it.
-    pub finite_difference_error: f64,
+    /// The derivative and its checks; the keys are `quantity`, `variable`, `exact`, `forward`, `finite_difference` and
+    /// `finite_difference_error`.
+    #[serde(flatten)]
+    pub check: DerivativeCheck,
     /// Difference of the two automatic routes, relative to the gradient of the quantity.
     pub route_error: f64,
     /// Difference from the finite difference, relative to the gradient of the quantity.
@@ -63,15 +55,10 @@ impl GradientsReport {
 impl DerivativeReport {
     fn new(check: &DerivativeCheck) -> Self {
         Self {
-            quantity: check.quantity.clone(),
-            variable: check.variable.clone(),
-            exact: check.exact,
-            forward: check.forward,
-            finite_difference: check.difference,
-            finite_difference_error: check.difference_error,
             route_error: check.route_error(),
             finite_difference_deviation: check.difference_deviation(),
             agrees: check.agrees(),
+            check: check.clone(),
         }
     }
 }
