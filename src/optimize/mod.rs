@@ -10,8 +10,9 @@
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
 //! * [`History`]: a row per evaluation, as CSV.
 //!
-//! An optimiser sees a [`Problem`] and nothing else. It calls an observer after every evaluation; the observer can end
-//! the run. The best point so far is always kept and returned, whatever ends the run, and the reason is a sentence.
+//! An optimiser sees a [`Problem`](crate::design::Problem) and nothing else. It calls an observer after every
+//! evaluation; the observer can end the run. The best point so far is always kept and returned, whatever ends the run,
+//! and the reason is a sentence.
 //!
 //! ```
 //! use aeroform::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
