@@ -148,8 +148,8 @@ fn active(
     (numbers, columns)
 }
 
-/// The reasons that keep the violated constraints from being met: the other constraints that push against them at `x`, and
-/// whether the variables' bounds do.
+/// The reasons that keep the violated constraints from being met: the other constraints that push against them at `x`,
+/// and whether the variables' bounds do.
 pub(super) fn opposition(
     problem: &dyn Problem,
     x: &[f64],

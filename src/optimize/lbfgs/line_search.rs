@@ -5,8 +5,8 @@
 //! of Hager & Zhang (SIAM J. Optim. 16, 2005, equation 4.1), which need slopes only. Trial steps come from the cubic
 //! through two values and two slopes, kept inside of the bracket.
 //!
-//! [`BracketSearch`] is the bare algorithm on numbers, [`WolfeLineSearch`] lends it to `argmin`, whose own line searches end
-//! the whole run at the first failed analysis.
+//! [`BracketSearch`] is the bare algorithm on numbers, [`WolfeLineSearch`] lends it to `argmin`, whose own line
+//! searches end the whole run at the first failed analysis.
 
 use super::super::cubic::{LineSample, cubic_minimum};
 use super::super::vector::dot;

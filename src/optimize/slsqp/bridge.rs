@@ -97,8 +97,8 @@ impl<'a> SlsqpRun<'a> {
     }
 }
 
-/// The problem as `basin` sees it: with objective and constraints scaled. A failed analysis is NaN, which its line search
-/// answers with half the step.
+/// The problem as `basin` sees it, with objective and constraints scaled. A failed analysis is NaN, which its line
+/// search answers with half the step.
 pub(super) struct BasinProblem<'r, 'a> {
     run: &'r RefCell<SlsqpRun<'a>>,
     lower: Vec<f64>,

@@ -32,8 +32,8 @@ use std::ops::ControlFlow;
 /// [`optimality_tolerance`](Self::optimality_tolerance) times the largest projected gradient of the objective met so
 /// far, or times 1 if that is less. [`Outcome::multipliers`] and the message tell which constraints hold the design.
 ///
-/// Where no constraint can be met any better the run ends as [`Termination::Infeasible`] and the message names what stands
-/// against what.
+/// Where no constraint can be met any better the run ends as [`Termination::Infeasible`] and the message names what
+/// stands against what.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slsqp {
     /// KKT residual, in units of the largest gradient met (at most 1), at which the run has converged.
