@@ -3,101 +3,98 @@
 use super::DesignError;
 use super::geometry::Shape;
 use crate::ffd::LinearMap;
-use crate::flow::{Condition, PanelledSection, Settings, Solution, panel_parameters};
+use crate::flow::{
+    COEFFICIENTS, Coefficients, Condition, FlowSection, FlowSolver, HeldGradients, Solution, panel_parameters,
+};
 use crate::scalar::Scalar;
 use crate::section::Section;
 use num_dual::DualSVec64;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 /// One operating point of a design problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatingPoint {
-    /// Its name; empty where there is only one.
+    /// Name of the point; empty where there is only one.
     pub name: String,
-    /// Its share in weighted means; the shares of all points add up to one.
+    /// Share of the point in weighted means; the shares of all points add up to one.
     pub weight: f64,
     /// Flow conditions; at a fixed lift coefficient the angle of attack follows the shape.
     pub condition: Condition,
 }
 
-/// What is read off a flow.
+/// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag), or
+/// `alpha` (angle of attack in degrees, an outcome where the lift is held).
+///
+/// The lowest pressure coefficient `cp_min` is only continuous where two suction peaks tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum FlowOutput {
-    /// Lift coefficient.
-    Lift,
-    /// Drag coefficient.
-    Drag,
-    /// Moment coefficient about the quarter chord, nose-up positive.
-    Moment,
-    /// Lift over drag.
+pub struct FlowOutput(Kind);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A coefficient, by its place among all.
+    Coefficient(usize),
     LiftToDrag,
-    /// Lowest pressure coefficient. Continuous only where two suction peaks tie.
-    LowestPressure,
-    /// Angle of attack in degrees: an outcome where the lift is held.
     Alpha,
-    /// Transition on the upper side, x in chords.
-    TransitionUpper,
-    /// Transition on the lower side, x in chords.
-    TransitionLower,
 }
 
-/// Numbers of a solution that outputs are made of, in the order of [`base_values`].
-const BASE: usize = 7;
-type BaseDual = DualSVec64<8>;
+const LIFT_TO_DRAG: &str = "cl/cd";
+const ALPHA: &str = "alpha";
+
+/// Derivatives of an output with respect to the coefficients and, last, the angle of attack.
+type ByNumbers = DualSVec64<{ COEFFICIENTS + 1 }>;
 
 impl FlowOutput {
-    const ALL: [(Self, &'static str); 8] = [
-        (Self::Lift, "cl"),
-        (Self::Drag, "cd"),
-        (Self::Moment, "cm"),
-        (Self::LiftToDrag, "cl/cd"),
-        (Self::LowestPressure, "cp_min"),
-        (Self::Alpha, "alpha"),
-        (Self::TransitionUpper, "transition_upper"),
-        (Self::TransitionLower, "transition_lower"),
-    ];
-
     /// The names in case files.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::ALL.into_iter().map(|(_, name)| name)
+        <Coefficients>::NAMES.into_iter().chain([LIFT_TO_DRAG, ALPHA])
     }
 
     /// The output of a name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|(_, known)| *known == name).map(|(output, _)| output)
+        let coefficient = || <Coefficients>::NAMES.iter().position(|known| *known == name).map(Kind::Coefficient);
+        match name {
+            LIFT_TO_DRAG => Some(Kind::LiftToDrag),
+            ALPHA => Some(Kind::Alpha),
+            _ => coefficient(),
+        }
+        .map(Self)
     }
 
-    /// Its name in case files.
+    /// The name of the output in case files.
     pub fn name(self) -> &'static str {
-        Self::ALL.into_iter().find(|(output, _)| *output == self).map_or("", |(_, name)| name)
-    }
-
-    fn of<S: Scalar>(self, base: &[S; BASE]) -> S {
-        let [cl, cd, cm, cp_min, upper, lower, alpha] = *base;
-        match self {
-            Self::Lift => cl,
-            Self::Drag => cd,
-            Self::Moment => cm,
-            Self::LiftToDrag => cl / cd,
-            Self::LowestPressure => cp_min,
-            Self::Alpha => alpha * 1f64.to_degrees(),
-            Self::TransitionUpper => upper,
-            Self::TransitionLower => lower,
+        match self.0 {
+            Kind::Coefficient(place) => <Coefficients>::NAMES[place],
+            Kind::LiftToDrag => LIFT_TO_DRAG,
+            Kind::Alpha => ALPHA,
         }
     }
-}
 
-fn base_values(solution: &Solution) -> [f64; BASE] {
-    let [cl, cd, cm, cp_min, upper, lower] = solution.coefficients.to_array();
-    [cl, cd, cm, cp_min, upper, lower, solution.alpha]
+    /// The output of coefficients and an angle of attack in radians.
+    fn of<S: Scalar>(self, coefficients: &Coefficients<S>, alpha: S) -> S {
+        match self.0 {
+            Kind::Coefficient(place) => coefficients.to_array()[place],
+            Kind::LiftToDrag => coefficients.cl / coefficients.cd,
+            Kind::Alpha => alpha * 1f64.to_degrees(),
+        }
+    }
+
+    /// The output of a solution, with its derivatives by the coefficients and the angle.
+    fn of_solution(self, solution: &Solution) -> ByNumbers {
+        let mut place = 0;
+        let mut variable = |value: f64| {
+            place += 1;
+            ByNumbers::from_re(value).derivative(place - 1)
+        };
+        let coefficients = solution.coefficients.map(&mut variable);
+        self.of(&coefficients, variable(solution.alpha))
+    }
 }
 
 /// An output at one operating point, or its weighted mean over all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlowQuantity {
-    /// What is read off.
+    /// The number that is read off.
     pub output: FlowOutput,
     /// The operating point, by position; `None` for the weighted mean.
     pub point: Option<usize>,
@@ -116,13 +113,13 @@ impl FlowQuantity {
 /// How long flows took so far, in seconds, and how many there were.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FlowTiming {
-    /// Flow solutions.
+    /// Number of flow solutions.
     pub solutions: usize,
-    /// Time in them, summed over threads.
+    /// Time spent on solutions in seconds, summed over threads.
     pub solution_seconds: f64,
-    /// Solutions differentiated.
+    /// Number of solutions that were differentiated.
     pub gradients: usize,
-    /// Time in their derivatives.
+    /// Time spent on derivatives in seconds.
     pub gradient_seconds: f64,
 }
 
@@ -131,32 +128,50 @@ pub struct FlowTiming {
 pub(super) struct Flows {
     nodes: Vec<[f64; 2]>,
     solutions: Vec<Result<Solution, DesignError>>,
-    gradients: Vec<OnceLock<Option<PointGradients>>>,
+    gradients: Vec<OnceLock<Option<HeldGradients>>>,
 }
-
-/// Derivatives of the numbers of [`base_values`] with respect to the nodes.
-type PointGradients = [Vec<[f64; 2]>; BASE];
 
 /// Panels at fixed parameters of the section and the points at which their flow is wanted.
 ///
 /// Every flow starts from nothing but its shape, so that a value never depends on what was asked before: a resumed run
 /// continues bit for bit. The flows of the latest shape are kept for all quantities to share.
-#[derive(Debug, Clone)]
-pub(super) struct FlowAnalysis {
+#[derive(Debug)]
+pub(crate) struct FlowAnalysis {
     points: Vec<OperatingPoint>,
-    settings: Settings,
+    solver: Arc<dyn FlowSolver>,
     edge: crate::section::TrailingEdge,
     /// Control points of the section → panel nodes.
     map: LinearMap,
-    latest: Arc<Mutex<Option<Arc<Flows>>>>,
+    /// Flows of the latest shape. The lock is held to read or replace them, never while a flow is solved.
+    latest: Mutex<Option<Arc<Flows>>>,
     /// Where flows start from, if not from nothing.
     start: Option<Arc<Flows>>,
     timing: Arc<Mutex<FlowTiming>>,
 }
 
+impl Clone for FlowAnalysis {
+    /// A copy with a memory and a clock of its own, so that clones never wait for each other.
+    fn clone(&self) -> Self {
+        Self {
+            points: self.points.clone(),
+            solver: Arc::clone(&self.solver),
+            edge: self.edge,
+            map: self.map.clone(),
+            latest: Mutex::new(self.latest().clone()),
+            start: self.start.clone(),
+            timing: Arc::new(Mutex::new(self.timing())),
+        }
+    }
+}
+
 impl FlowAnalysis {
     /// Panels chosen on the undeformed `section`; weights are scaled to add up to one.
-    pub fn new(section: &Section<f64>, mut points: Vec<OperatingPoint>, panels: usize, settings: Settings) -> Self {
+    pub fn new(
+        section: &Section<f64>,
+        mut points: Vec<OperatingPoint>,
+        panels: usize,
+        solver: Arc<dyn FlowSolver>,
+    ) -> Self {
         let total: f64 = points.iter().map(|p| p.weight).sum();
         points.iter_mut().for_each(|p| p.weight /= total);
         let curve = section.curve();
@@ -170,10 +185,10 @@ impl FlowAnalysis {
         }
         Self {
             points,
-            settings,
+            solver,
             edge: section.trailing_edge(),
             map,
-            latest: Arc::default(),
+            latest: Mutex::default(),
             start: None,
             timing: Arc::default(),
         }
@@ -184,13 +199,19 @@ impl FlowAnalysis {
     }
 
     pub fn timing(&self) -> FlowTiming {
-        *self.timing.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        *self.timing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A copy with a memory of its own, whose flows start from those about `base`.
+    /// A copy whose flows start from those about `base`, and whose time counts as that of the original.
     pub fn near(&self, base: Option<&Shape<f64>>) -> Self {
         let start = base.map(|shape| self.flows(self.nodes(shape.section.curve().control_points())));
-        Self { latest: Arc::default(), start, ..self.clone() }
+        // flows in memory started elsewhere: they are right, but not to the last bit those asked for
+        Self { start, latest: Mutex::default(), ..self.on_the_same_clock() }
+    }
+
+    /// A copy whose time counts as that of the original.
+    pub fn on_the_same_clock(&self) -> Self {
+        Self { timing: Arc::clone(&self.timing), ..self.clone() }
     }
 
     pub fn nodes(&self, control_points: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -199,35 +220,39 @@ impl FlowAnalysis {
         nodes
     }
 
-    /// The solutions about a shape, one an operating point, or why there is none.
+    /// The solutions about a shape, one per operating point, or why there is none.
     pub fn solutions(&self, shape: &Shape<f64>) -> Vec<Result<Solution, DesignError>> {
         self.flows(self.nodes(shape.section.curve().control_points())).solutions.clone()
     }
 
     /// The flows about the section through `nodes`, from memory where they are those of the latest call.
     fn flows(&self, nodes: Vec<[f64; 2]>) -> Arc<Flows> {
-        let mut latest = self.latest.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Some(flows) = latest.as_ref().filter(|f| f.nodes == nodes) {
-            return Arc::clone(flows);
+        let known = self.latest().clone().filter(|f| f.nodes == nodes);
+        if let Some(flows) = known {
+            return flows;
         }
-        let solutions = match PanelledSection::new(&nodes, self.edge) {
-            Ok(section) => self.solve(&section),
+        let solutions = match self.solver.section(&nodes, self.edge) {
+            Ok(section) => self.solve(&*section),
             Err(error) => self.points.iter().map(|_| Err(error.clone().into())).collect(),
         };
         let gradients = solutions.iter().map(|_| OnceLock::new()).collect();
         let flows = Arc::new(Flows { nodes, solutions, gradients });
-        *latest = Some(Arc::clone(&flows));
+        *self.latest() = Some(Arc::clone(&flows));
         flows
     }
 
+    fn latest(&self) -> MutexGuard<'_, Option<Arc<Flows>>> {
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// All points at once, on as many threads as there are processors.
-    fn solve(&self, section: &PanelledSection) -> Vec<Result<Solution, DesignError>> {
+    fn solve(&self, section: &dyn FlowSection) -> Vec<Result<Solution, DesignError>> {
         let begin = Instant::now();
         let indices: Vec<usize> = (0..self.points.len()).collect();
         let one = |&index: &usize| -> Result<Solution, DesignError> {
             let point = &self.points[index];
             let start = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
-            let solution = section.analyze(&point.condition, &self.settings, start)?;
+            let solution = section.analyze(&point.condition, start)?;
             if solution.is_reliable() {
                 return Ok(solution);
             }
@@ -242,7 +267,7 @@ impl FlowAnalysis {
     }
 
     fn book(&self, entry: impl FnOnce(&mut FlowTiming)) {
-        entry(&mut self.timing.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
+        entry(&mut self.timing.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
     /// The points that a quantity is made of, with their shares.
@@ -287,19 +312,18 @@ impl FlowAnalysis {
         let mut sum = 0.0;
         for (point, share) in self.shares(quantity) {
             let solution = flows.solutions[point].as_ref().map_err(DesignError::clone)?;
-            let base = base_values(solution);
-            let seeded = std::array::from_fn(|k| BaseDual::from_re(base[k]).derivative(k));
-            let output = quantity.output.of(&seeded);
+            let output = quantity.output.of_solution(solution);
             sum += share * output.re;
             if slope.is_empty() {
                 continue;
             }
             let gradients = flows.gradients[point].get().and_then(Option::as_ref);
             let gradients = gradients.ok_or_else(|| DesignError::NotFinite { name: quantity.name() })?;
-            let Some(by_base) = output.eps.0 else { continue };
-            for (k, gradient) in gradients.iter().enumerate().filter(|(k, _)| by_base[*k] != 0.0) {
-                let weight = factor * share * by_base[k];
-                for (sum, own) in by_node.iter_mut().zip(gradient) {
+            let numbers = gradients.coefficients.iter().chain([&gradients.alpha]);
+            let by_number = output.eps.unwrap_generic(nalgebra::Const::<{ COEFFICIENTS + 1 }>, nalgebra::U1);
+            for (gradient, by_number) in numbers.zip(&by_number).filter(|(_, by_number)| **by_number != 0.0) {
+                let weight = factor * share * by_number;
+                for (sum, own) in by_node.iter_mut().zip(&gradient.nodes) {
                     sum[0] += weight * own[0];
                     sum[1] += weight * own[1];
                 }
@@ -317,7 +341,7 @@ impl FlowAnalysis {
             return;
         }
         let begin = Instant::now();
-        let found = in_parallel(&flows.solutions, |solution| solution.as_ref().ok().and_then(point_gradients));
+        let found = in_parallel(&flows.solutions, |solution| solution.as_ref().ok()?.held_gradients());
         let count = found.iter().flatten().count();
         for (place, gradients) in flows.gradients.iter().zip(found) {
             place.get_or_init(|| gradients);
@@ -329,19 +353,12 @@ impl FlowAnalysis {
     }
 }
 
-/// Derivatives of one solution with what its condition holds held: the angle of attack, or the lift.
-fn point_gradients(solution: &Solution) -> Option<PointGradients> {
-    let held = solution.held_gradients()?;
-    let [cl, cd, cm, cp_min, upper, lower] = held.coefficients.map(|d| d.nodes).to_array();
-    Some([cl, cd, cm, cp_min, upper, lower, held.alpha.nodes])
-}
-
 /// `of` every item, in order, on as many threads as there are processors.
 fn in_parallel<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     in_parallel_with(items, || (), |(), item| of(item))
 }
 
-/// The same with something that each thread makes for itself first.
+/// Applies `of` to every item like [`in_parallel`], with a worker that each thread makes for itself first.
 pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
     items: &[T],
     make: impl Fn() -> W + Sync,
@@ -359,7 +376,7 @@ pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
             scope.spawn(|| {
                 let mut worker = make();
                 loop {
-                    let job = next.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
+                    let job = next.lock().unwrap_or_else(PoisonError::into_inner).next();
                     let Some((item, place)) = job else { break };
                     *place = Some(of(&mut worker, item));
                 }

@@ -116,7 +116,7 @@ pub(super) trait Record: Any + Debug + Send + Sync {
 }
 
 /// Derivatives of what a solution reports, with that held which the condition holds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldGradients {
     /// Derivatives of the coefficients.
     pub coefficients: Gradients,
