@@ -174,6 +174,10 @@ impl PanelRecord {
 }
 
 impl Record for PanelRecord {
+    fn nodes(&self) -> &[[f64; 2]] {
+        &self.nodes
+    }
+
     fn gradients(&self) -> Option<Gradients> {
         Some(gradients(&self.solved(), &Reduced::new(&self.at)?))
     }
