@@ -8,6 +8,7 @@
 //! Depends on `num-dual` and `libm` only.
 
 use num_dual::DualNum;
+use std::ops::{Add, Div, Mul, Sub};
 
 /// A real number that may carry derivatives: `f64`, or a `Copy` dual number over `f64`.
 ///
@@ -141,6 +142,20 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
 }
 
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {}
+
+/// A scalar that arithmetic combines with numbers of another scalar `S`: with `f64` every scalar, otherwise `S` itself.
+///
+/// Quantities prepared from numbers of `S` (a target, an undeformed box) are so compared with ones of other scalars,
+/// without turning constants into dual numbers.
+pub trait Over<S>:
+    Scalar + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> + Div<S, Output = Self>
+{
+}
+
+impl<S, T> Over<S> for T where
+    T: Scalar + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T> + Div<S, Output = T>
+{
+}
 
 #[cfg(test)]
 mod tests {

@@ -3,6 +3,11 @@
 use crate::scalar::Scalar;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
+/// The Jacobian of a system of equations has no inverse at their root, so that the root has no derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the Jacobian of the equations is singular at their root, which therefore has no derivatives")]
+pub struct SingularJacobian;
+
 /// Why a system of equations was not solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SolveError {
@@ -88,17 +93,9 @@ impl Root {
     }
 
     /// The root as a function of `p` for any scalar whose real parts are those the root was solved at.
-    ///
-    /// `u ← u − (dR/du)⁻¹ R(u, p)`, once per order of derivative: the frozen `f64` Jacobian gains one order a pass.
     pub fn lift<S: Scalar, I: Implicit>(&self, system: &I, p: &[S]) -> Vec<S> {
         let mut u: Vec<S> = self.u.iter().map(|&v| S::from(v)).collect();
-        for _ in 0..S::NDERIV {
-            let mut step = system.residual(&u, p);
-            self.solve_in_place(&mut step);
-            for (u, step) in u.iter_mut().zip(step) {
-                *u -= step;
-            }
-        }
+        lift(&mut u, |u| system.residual(u, p), |step| self.solve_in_place(step));
         u
     }
 
@@ -124,8 +121,8 @@ impl Root {
     }
 
     /// Solves with the `f64` factors and a right-hand side of any scalar.
-    fn solve_in_place<S: Scalar>(&self, b: &mut Vec<S>) {
-        let mut permuted = DVector::from_vec(std::mem::take(b));
+    fn solve_in_place<S: Scalar>(&self, b: &mut [S]) {
+        let mut permuted = DVector::from_column_slice(b);
         self.factors.p().permute_rows(&mut permuted);
         let (factors, n) = (self.factors.lu_internal(), permuted.len());
         for j in 0..n {
@@ -141,28 +138,130 @@ impl Root {
                 permuted[i] -= known * factors[(i, j)];
             }
         }
-        *b = permuted.as_slice().to_vec();
+        b.copy_from_slice(permuted.as_slice());
     }
 }
 
-/// Lifts a root `u` of one scalar equation `residual(u) = 0`, already found in `f64`, to the scalar `S`.
+/// Carries derivatives of every order that `S` has into a root `u` that was found in `f64`.
 ///
-/// `residual` closes over parameters that carry derivatives; `slope` is `∂residual/∂u` at the root.
-pub fn lift_root<S: Scalar>(root: f64, slope: f64, residual: impl Fn(S) -> S) -> S {
-    let mut u = S::from(root);
+/// The step is `u ← u − J⁻¹ R(u)`, once per order of derivative: with the Jacobian `J` frozen in `f64` each pass makes one
+/// more order exact. `solve` replaces a right-hand side `b` by `J⁻¹ b`.
+pub(crate) fn lift<S: Scalar, R: AsMut<[S]>>(u: &mut [S], residual: impl Fn(&[S]) -> R, solve: impl Fn(&mut [S])) {
     for _ in 0..S::NDERIV {
+        let mut residual = residual(u);
+        let step = residual.as_mut();
         // the real part of the residual is round-off of the f64 solution; it must not move the root
-        let r = residual(u);
-        u -= (r - r.re()) / slope;
+        step.iter_mut().for_each(|r| *r -= r.re());
+        solve(step);
+        for (u, step) in u.iter_mut().zip(step) {
+            *u -= *step;
+        }
     }
-    u
+}
+
+/// Lifts a root of `N` equations in `N` unknowns, already found in `f64`, to the scalar `S`.
+///
+/// `residual` closes over whatever carries derivatives. `jacobian` gives the Jacobian at the root, by columns: entry `k`
+/// holds the derivatives of all residuals with respect to unknown `k`. It is asked for only where `S` has derivatives.
+///
+/// ```
+/// use aeroform::differentiate::lift_roots;
+/// use num_dual::Dual64;
+/// // x + y = p and x y = 2 at p = 3
+/// let p = Dual64::new(3.0, 1.0);
+/// let [x, y] = lift_roots([1.0, 2.0], || [[1.0, 2.0], [1.0, 1.0]], |[x, y]| [x + y - p, x * y - 2.0]).unwrap();
+/// assert_eq!((x.re, x.eps, y.re, y.eps), (1.0, -1.0, 2.0, 2.0));
+/// ```
+///
+/// # Errors
+/// A Jacobian that is singular to round-off, where `S` carries derivatives.
+pub fn lift_roots<S: Scalar, const N: usize>(
+    root: [f64; N],
+    jacobian: impl FnOnce() -> [[f64; N]; N],
+    residual: impl Fn([S; N]) -> [S; N],
+) -> Result<[S; N], SingularJacobian> {
+    let mut u = root.map(S::from);
+    if S::NDERIV > 0 {
+        let columns = jacobian();
+        let round_off = columns.map(|column| column.iter().fold(0.0, |m: f64, c| m.max(1e-14 * c.abs())));
+        let factors = SmallFactors::new(&columns, round_off)?;
+        let at = |u: &[S]| residual(std::array::from_fn(|k| u[k]));
+        lift(&mut u, at, |step| factors.solve_in_place(step));
+    }
+    Ok(u)
+}
+
+/// Lifts a root of one equation in one unknown, as [`lift_roots`] does for several; `slope` is the derivative of the
+/// residual with respect to the unknown at the root.
+///
+/// # Errors
+/// A slope of zero, where `S` carries derivatives.
+pub fn lift_root<S: Scalar>(
+    root: f64,
+    slope: impl FnOnce() -> f64,
+    residual: impl Fn(S) -> S,
+) -> Result<S, SingularJacobian> {
+    lift_roots([root], || [[slope()]], |[u]| [residual(u)]).map(|[u]| u)
+}
+
+/// LU factors, with row exchanges, of a small matrix of `f64`, without allocation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SmallFactors<const N: usize> {
+    rows: [[f64; N]; N],
+    order: [usize; N],
+}
+
+impl<const N: usize> SmallFactors<N> {
+    /// Factorises the matrix with the given columns; the pivot of column `k` must exceed `least[k]`.
+    #[inline]
+    pub(crate) fn new(columns: &[[f64; N]; N], least: [f64; N]) -> Result<Self, SingularJacobian> {
+        let mut rows: [[f64; N]; N] = std::array::from_fn(|r| std::array::from_fn(|k| columns[k][r]));
+        let mut order = std::array::from_fn(|r| r);
+        for k in 0..N {
+            let pivot = (k..N).fold(k, |best, r| if rows[r][k].abs() > rows[best][k].abs() { r } else { best });
+            // written so that NaN fails
+            if !(rows[pivot][k].abs() > least[k]) {
+                return Err(SingularJacobian);
+            }
+            rows.swap(k, pivot);
+            order.swap(k, pivot);
+            for r in k + 1..N {
+                let factor = rows[r][k] / rows[k][k];
+                rows[r][k] = factor;
+                for c in k + 1..N {
+                    rows[r][c] -= factor * rows[k][c];
+                }
+            }
+        }
+        Ok(Self { rows, order })
+    }
+
+    /// Replaces the first `N` entries of a right-hand side of any scalar by the solution.
+    #[inline]
+    pub(crate) fn solve_in_place<S: Scalar>(&self, b: &mut [S]) {
+        let mut x = self.order.map(|r| b[r]);
+        for k in 0..N {
+            for r in k + 1..N {
+                let known = x[k];
+                x[r] -= known * self.rows[r][k];
+            }
+        }
+        for k in (0..N).rev() {
+            for c in k + 1..N {
+                let known = x[c];
+                x[k] -= known * self.rows[k][c];
+            }
+            x[k] /= self.rows[k][k];
+        }
+        b[..N].copy_from_slice(&x);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use num_dual::{Dual2SVec64, Dual64, DualSVec64, first_derivative};
+    use num_dual::{Dual2SVec64, Dual3_64, Dual64, DualSVec64, HyperDual64, first_derivative};
 
     /// A nonlinear tridiagonal system.
     struct Rods(usize);
@@ -218,8 +317,40 @@ mod tests {
 
     #[test]
     fn a_lifted_scalar_root_is_the_square_root() {
-        let (value, slope) = first_derivative(|x: Dual64| lift_root(3.0, 6.0, |u: Dual64| u * u - x), 9.0);
-        assert_eq!((value, slope), (3.0, 1.0 / 6.0));
+        let root = |x: Dual64| lift_root(3.0, || 6.0, |u: Dual64| u * u - x).unwrap();
+        assert_eq!(first_derivative(root, 9.0), (3.0, 1.0 / 6.0));
+    }
+
+    /// x³ + y = a, x y² = b, over the scalar `S`, at the root (1.5, 0.7).
+    fn pair<S: Scalar>(a: S, b: S) -> [S; 2] {
+        let jacobian = || [[3.0 * 1.5 * 1.5, 0.7 * 0.7], [1.0, 2.0 * 1.5 * 0.7]];
+        lift_roots([1.5, 0.7], jacobian, |[x, y]: [S; 2]| [x.powi(3) + y - a, x * y * y - b]).unwrap()
+    }
+
+    #[test]
+    fn lifted_systems_are_exact_to_the_third_order() {
+        let (a, b) = (1.5f64.powi(3) + 0.7, 1.5 * 0.49);
+        let t = Dual3_64::from(0.0).derivative();
+        let [x, y] = pair(t * 2.0 + a, t * t - t + b);
+        // put back into the equations every order must come out as it went in
+        let (first, second) = (x * x * x + y - t * 2.0 - a, x * y * y - t * t + t - b);
+        for r in [first, second] {
+            assert!(r.re.abs().max(r.v1.abs()).max(r.v2.abs()).max(r.v3.abs()) < 1e-12, "{r}");
+        }
+        assert!(x.v3.abs() > 1e-3 && y.v3.abs() > 1e-3);
+        let [hx, hy] = pair(HyperDual64::new(a, 2.0, 2.0, 0.0), HyperDual64::new(b, -1.0, -1.0, 2.0));
+        assert_relative_eq!(hx.eps1eps2, x.v2, max_relative = 1e-13);
+        assert_relative_eq!(hy.eps1eps2, y.v2, max_relative = 1e-13);
+    }
+
+    #[test]
+    fn singular_jacobians_are_refused_where_derivatives_are_wanted() {
+        let flat = |x: Dual64| lift_root(0.0, || 0.0, |u: Dual64| u * u - x);
+        assert_eq!(flat(Dual64::new(0.0, 1.0)), Err(SingularJacobian));
+        assert!(lift_root(0.0, || f64::NAN, |u: Dual64| u).is_err());
+        let parallel = || [[0.1, 0.3], [0.1 / 3.0, 0.1]];
+        assert_eq!(lift_roots([Dual64::from(0.0); 2].map(|u| u.re), parallel, |u: [Dual64; 2]| u), Err(SingularJacobian));
+        assert_eq!(lift_roots([0.5, 0.5], parallel, |u: [f64; 2]| u), Ok([0.5, 0.5]));
     }
 
     #[test]

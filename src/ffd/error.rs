@@ -31,7 +31,7 @@ pub enum FfdError {
         "the undeformed box is folded at control point {control_point:?}: a neighbouring simplex has measure {measure:.3e}; order the control points so that x × y is positive"
     )]
     Folded {
-        /// Indices of the control point, one a direction.
+        /// Indices of the control point, one per direction.
         control_point: Vec<usize>,
         /// Signed area (volume) of the worst simplex at it.
         measure: f64,
@@ -42,6 +42,16 @@ pub enum FfdError {
         /// Position in the list of points.
         index: usize,
         /// The point.
+        point: Vec<f64>,
+    },
+    /// The parameters of an embedded point have no derivatives, because the Jacobian of the box is singular there.
+    #[error(
+        "point {index} at {point:?} has no derivatives: the Jacobian of the box is singular there; move the control points near it apart"
+    )]
+    NoDerivative {
+        /// Position in the list of points.
+        index: usize,
+        /// Coordinates of the point.
         point: Vec<f64>,
     },
     /// A setting of the fold penalty is out of range.

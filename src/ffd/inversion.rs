@@ -6,7 +6,8 @@
 //! is left is halved until Newton converges inside its bracket.
 
 use super::{BoxEvaluator, FfdBox};
-use crate::spline::KnotVector;
+use crate::differentiate::SmallFactors;
+use crate::spline::{KnotVector, for_each_index};
 
 /// Newton steps tried from one starting point.
 const STEPS: usize = 16;
@@ -17,10 +18,13 @@ const TOLERANCE: f64 = 1e-14;
 /// How far beyond its cell, in cells, Newton may end: a point on a boundary may fall on either side.
 const MARGIN: f64 = 1e-9;
 
+/// A knot span that is not empty: index, start and end.
+type Span = (usize, f64, f64);
+
 /// A box prepared for finding the parameters of points.
 pub(super) struct Inversion<'a, const D: usize> {
     lattice: &'a FfdBox<f64, D>,
-    evaluator: BoxEvaluator<D>,
+    evaluator: BoxEvaluator<f64, D>,
     cells: Vec<Patch<D>>,
     diagonal: f64,
 }
@@ -42,11 +46,13 @@ impl<'a, const D: usize> Inversion<'a, D> {
         let evaluator = BoxEvaluator::new(lattice);
         let (low, high) = bounds(lattice.control_points());
         let diagonal = (0..D).map(|d| (high[d] - low[d]).powi(2)).sum::<f64>().sqrt();
-        let counts = evaluator.cells();
+        let spans: [Vec<Span>; D] = std::array::from_fn(|k| lattice.spline().axes()[k].spans().collect());
+        let counts: [usize; D] = std::array::from_fn(|k| spans[k].len());
         let cells = (0..counts.iter().product())
             .map(|index| {
                 let cell = FfdBox::<f64, D>::unravel(counts, index);
-                Patch::new(cell, bezier_net(lattice, cell), [-0.5; D], [0.5; D])
+                let net = bezier_net(lattice, std::array::from_fn(|k| spans[k][cell[k]]));
+                Patch::new(cell, net, [-0.5; D], [0.5; D])
             })
             .collect();
         Self { lattice, evaluator, cells, diagonal }
@@ -86,7 +92,7 @@ impl<'a, const D: usize> Inversion<'a, D> {
         let mut last_step = f64::INFINITY;
         for _ in 0..STEPS {
             let (value, jacobian) = self.evaluator.cell_point_and_jacobian(patch.cell, s);
-            let step = solve_small(&jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
+            let step = newton_step(&jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
             let mut size = 0.0f64;
             for k in 0..D {
                 s[k] -= step[k];
@@ -119,7 +125,7 @@ impl<'a, const D: usize> Inversion<'a, D> {
                 break;
             }
             (best, smallest) = (u, size);
-            let step = solve_small(&jacobian, residual)?;
+            let step = newton_step(&jacobian, residual)?;
             u = std::array::from_fn(|k| (u[k] - step[k]).clamp(0.0, 1.0));
         }
         (smallest <= TOLERANCE * self.diagonal).then_some(best)
@@ -182,40 +188,17 @@ fn bounds<const D: usize>(points: &[[f64; D]]) -> ([f64; D], [f64; D]) {
     (low, high)
 }
 
-/// Solves `Σ_k x_k columns[k] = right` for `D` unknowns by Gaussian elimination with pivoting.
-pub(super) fn solve_small<const D: usize>(columns: &[[f64; D]; D], right: [f64; D]) -> Option<[f64; D]> {
-    let mut rows: [[f64; D]; D] = std::array::from_fn(|d| std::array::from_fn(|k| columns[k][d]));
-    let mut b = right;
-    for k in 0..D {
-        let pivot = (k..D).fold(k, |best, r| if rows[r][k].abs() > rows[best][k].abs() { r } else { best });
-        if !(rows[pivot][k].abs() > 0.0) {
-            return None;
-        }
-        rows.swap(k, pivot);
-        b.swap(k, pivot);
-        for r in k + 1..D {
-            let factor = rows[r][k] / rows[k][k];
-            for c in k..D {
-                rows[r][c] -= factor * rows[k][c];
-            }
-            b[r] -= factor * b[k];
-        }
-    }
-    for k in (0..D).rev() {
-        for c in k + 1..D {
-            b[k] -= rows[k][c] * b[c];
-        }
-        b[k] /= rows[k][k];
-    }
-    b.iter().all(|v| v.is_finite()).then_some(b)
+/// The step of Newton's method, where there is one.
+fn newton_step<const D: usize>(jacobian: &[[f64; D]; D], mut residual: [f64; D]) -> Option<[f64; D]> {
+    SmallFactors::new(jacobian, [0.0; D]).ok()?.solve_in_place(&mut residual);
+    residual.iter().all(|v| v.is_finite()).then_some(residual)
 }
 
 /// Bézier control points of one cell: the blossom of the B-spline at the ends of the cell, direction by direction.
-fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, cell: [usize; D]) -> Vec<[f64; D]> {
+fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, spans: [Span; D]) -> Vec<[f64; D]> {
     let axes = lattice.spline().axes();
-    let spans: [_; D] = std::array::from_fn(|k| axes[k].spans().nth(cell[k]).unwrap_or((0, 0.0, 1.0)));
     let mut net = Vec::new();
-    crate::spline::for_each_index(axes, std::array::from_fn(|k| spans[k].0), |index, _| {
+    for_each_index(axes, std::array::from_fn(|k| spans[k].0), |index, _| {
         net.push(lattice.control_points()[index]);
     });
     let orders: [usize; D] = std::array::from_fn(|k| axes[k].degree() + 1);
@@ -234,7 +217,7 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, cell: [usize; D]) -> Vec
 /// The blossom with `ends` arguments at the end of the span and the rest at its start.
 fn blossom<const D: usize>(
     knots: &KnotVector,
-    (span, first, last): (usize, f64, f64),
+    (span, first, last): Span,
     line: &[[f64; D]],
     ends: usize,
 ) -> [f64; D] {

@@ -15,7 +15,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         let mut curve = self.clone();
         for _ in 0..times {
             let (knots, rows) = elevation(curve.knots())?;
-            let points = apply(&rows, curve.control_points());
+            let points = apply(rows, curve.control_points());
             curve = Self::new(knots, points)?;
         }
         Ok(curve)

@@ -75,8 +75,11 @@ fn merged(old: &KnotVector, inserted: &[f64]) -> Result<KnotVector, SplineError>
 }
 
 /// Old control points through a map's rows.
-pub(super) fn apply<S: Scalar, const D: usize>(rows: &[MapRow], points: &[[S; D]]) -> Vec<[S; D]> {
-    rows.iter().map(|row| row.apply(points, 0, 1)).collect()
+pub(super) fn apply<S: Scalar, const D: usize>(
+    rows: impl IntoIterator<Item = MapRow>,
+    points: &[[S; D]],
+) -> Vec<[S; D]> {
+    rows.into_iter().map(|row| row.apply(points, 0, 1)).collect()
 }
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
@@ -104,7 +107,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// As [`insert_knot`](Self::insert_knot).
     pub fn refine(&self, knots: &[f64]) -> Result<Self, SplineError> {
         let new = merged(self.knots(), knots)?;
-        let points = apply(&refinement(self.knots(), &new), self.control_points());
+        let points = apply(refinement(self.knots(), &new), self.control_points());
         Self::new(new, points)
     }
 }

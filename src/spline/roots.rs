@@ -84,7 +84,7 @@ pub(super) fn bracketed(low: f64, high: f64, mut f: impl FnMut(f64) -> (f64, f64
 /// values at the two ends may be zero or noise and are not looked at.
 ///
 /// Newton's method, replaced by bisection where it would leave the bracket or is slow.
-pub(super) fn isolated(mut low: f64, mut high: f64, rising: bool, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
+pub(crate) fn isolated(mut low: f64, mut high: f64, rising: bool, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
     let resolution = f64::EPSILON * low.abs().max(high.abs());
     let mut u = 0.5 * (low + high);
     let mut last_step = high - low;

@@ -31,12 +31,17 @@ pub type BSplineSurface<S, const D: usize = 3> = TensorSpline<S, 2, D>;
 pub type BSplineVolume<S> = TensorSpline<S, 3, 3>;
 
 impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
-    /// A spline from one knot vector a parameter and its control points.
+    /// A spline from one knot vector per parameter and its control points, given as arrays or as `nalgebra` points or
+    /// vectors.
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn new(axes: impl Into<Arc<[KnotVector; P]>>, control_points: Vec<[S; D]>) -> Result<Self, SplineError> {
+    pub fn new<V: Into<[S; D]>>(
+        axes: impl Into<Arc<[KnotVector; P]>>,
+        control_points: Vec<V>,
+    ) -> Result<Self, SplineError> {
         let axes = axes.into();
+        let control_points: Vec<[S; D]> = control_points.into_iter().map(Into::into).collect();
         let expected = axes.iter().map(KnotVector::control_points).product();
         if control_points.len() != expected {
             return Err(SplineError::ControlPointCount { expected, found: control_points.len() });
@@ -62,11 +67,15 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
         std::array::from_fn(|axis| self.axes[axis].control_points())
     }
 
-    /// The same knots with other control points, of any scalar.
+    /// A spline on the knots of this one with other control points, of any scalar.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_control_points<T: Scalar>(&self, points: Vec<[T; D]>) -> Result<TensorSpline<T, P, D>, SplineError> {
+    pub fn with_control_points<T, V>(&self, points: Vec<V>) -> Result<TensorSpline<T, P, D>, SplineError>
+    where
+        T: Scalar,
+        V: Into<[T; D]>,
+    {
         TensorSpline::new(Arc::clone(&self.axes), points)
     }
 

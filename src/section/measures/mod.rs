@@ -24,7 +24,7 @@ pub(super) use nose::farthest_parameter;
 
 use super::{Section, SectionError};
 use crate::scalar::Scalar;
-use crate::spline::{BSplineCurve, BasisValues};
+use crate::spline::BSplineCurve;
 use std::fmt;
 use std::str::FromStr;
 
@@ -214,23 +214,7 @@ impl FromStr for Measure {
     }
 }
 
-/// Point and tangent of a real curve at a parameter that may carry derivatives.
-fn real_point_and_tangent<S: Scalar>(curve: &BSplineCurve<f64>, u: S) -> ([S; 2], [S; 2]) {
-    let span = curve.knots().span(u.re());
-    let rows = curve.knots().basis_derivatives(span, u, 1);
-    let points = &curve.control_points()[span - curve.degree()..];
-    let combine = |row: &BasisValues<S>| {
-        let mut sum = [S::from(0.0); 2];
-        for (weight, point) in row.iter().zip(points) {
-            sum[0] += *weight * point[0];
-            sum[1] += *weight * point[1];
-        }
-        sum
-    };
-    (combine(&rows[0]), combine(&rows[1]))
-}
-
-/// Four parameters a knot span, ends included.
+/// Four parameters per knot span, ends included.
 fn dense_parameters(curve: &BSplineCurve<f64>) -> Vec<f64> {
     const SHARE: usize = 4;
     let mut parameters = vec![];
