@@ -74,7 +74,8 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     pub fn tight_bounding_box(&self) -> Result<BoundingBox<S, D>, SplineError> {
         let (first, last) = self.domain();
         let mut result = BoundingBox::of(self.point_at(first), &[]);
-        for piece in self.real().to_bezier()? {
+        let real = self.real();
+        for piece in real.to_bezier()? {
             let (start, end) = piece.domain();
             for axis in 0..D {
                 let coefficients: Vec<f64> = piece.control_points().iter().map(|p| p[axis]).collect();
@@ -94,8 +95,14 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
                     }
                 }
             }
-            for (axis, coordinate) in self.point_at(end.min(last)).into_iter().enumerate() {
-                result.include(axis, coordinate);
+            let (before, after) = (piece.tangent_at(end), real.tangent_at(end));
+            for (axis, coordinate) in self.point_at(end).into_iter().enumerate() {
+                let noise = 1e-12 * piece.control_points().iter().fold(0.0, |m: f64, p| m.max(p[axis].abs()));
+                let slope = before[axis].abs().max(after[axis].abs()) * (end - start);
+                // an extremum at a knot moves away from it
+                let outside = coordinate < result.lower[axis] || coordinate > result.upper[axis];
+                let moves = end < last && outside && slope <= noise;
+                result.include(axis, if moves { self.extremum(axis, end)? } else { coordinate });
             }
         }
         Ok(result)
