@@ -80,13 +80,8 @@ impl<S: Scalar> ShapeError<S> {
         if target.domain() != knots.domain() {
             return Err(DesignError::TargetDomain { target: target.domain(), section: knots.domain() });
         }
-        let mut result = Self {
-            norm,
-            order: knots.degree() + 1,
-            samples: Vec::new(),
-            basis: Vec::new(),
-            length: S::from(1.0),
-        };
+        let mut result =
+            Self { norm, order: knots.degree() + 1, samples: Vec::new(), basis: Vec::new(), length: S::from(1.0) };
         if norm == ShapeNorm::ControlPoints {
             if target.knots().as_ref() != knots {
                 return Err(DesignError::TargetKnots);

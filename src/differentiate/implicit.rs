@@ -349,7 +349,10 @@ mod tests {
         assert_eq!(flat(Dual64::new(0.0, 1.0)), Err(SingularJacobian));
         assert!(lift_root(0.0, || f64::NAN, |u: Dual64| u).is_err());
         let parallel = || [[0.1, 0.3], [0.1 / 3.0, 0.1]];
-        assert_eq!(lift_roots([Dual64::from(0.0); 2].map(|u| u.re), parallel, |u: [Dual64; 2]| u), Err(SingularJacobian));
+        assert_eq!(
+            lift_roots([Dual64::from(0.0); 2].map(|u| u.re), parallel, |u: [Dual64; 2]| u),
+            Err(SingularJacobian)
+        );
         assert_eq!(lift_roots([0.5, 0.5], parallel, |u: [f64; 2]| u), Ok([0.5, 0.5]));
     }
 

@@ -165,7 +165,6 @@ impl<S: Scalar, const D: usize> BoxEvaluator<S, D> {
         let size = N.pow(D as u32);
         &self.blocks[index * size..(index + 1) * size]
     }
-
 }
 
 impl<const D: usize> BoxEvaluator<f64, D> {

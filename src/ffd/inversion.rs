@@ -215,12 +215,7 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, spans: [Span; D]) -> Vec
 }
 
 /// The blossom with `ends` arguments at the end of the span and the rest at its start.
-fn blossom<const D: usize>(
-    knots: &KnotVector,
-    (span, first, last): Span,
-    line: &[[f64; D]],
-    ends: usize,
-) -> [f64; D] {
+fn blossom<const D: usize>(knots: &KnotVector, (span, first, last): Span, line: &[[f64; D]], ends: usize) -> [f64; D] {
     let p = knots.degree();
     let mut d = line.to_vec();
     for level in 1..=p {

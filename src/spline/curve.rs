@@ -33,7 +33,10 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn new<P: Into<[S; D]>>(knots: impl Into<Arc<KnotVector>>, control_points: Vec<P>) -> Result<Self, SplineError> {
+    pub fn new<P: Into<[S; D]>>(
+        knots: impl Into<Arc<KnotVector>>,
+        control_points: Vec<P>,
+    ) -> Result<Self, SplineError> {
         let knots = knots.into();
         let control_points: Vec<[S; D]> = control_points.into_iter().map(Into::into).collect();
         if control_points.len() != knots.control_points() {

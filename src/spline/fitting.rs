@@ -260,9 +260,11 @@ where
         sum += step((0..D).map(|d| (pair[1][d] - pair[0][d]).squared()).sum::<S>());
         parameters.push(sum);
     }
-    for parameter in &mut parameters {
+    for parameter in &mut parameters[..n - 1] {
         *parameter /= sum;
     }
+    // not the sum over itself, which dual numbers round
+    parameters[n - 1] = S::from(1.0);
     check_parameters(&parameters.iter().map(|u| u.re()).collect::<Vec<_>>(), 2)?;
     Ok(parameters)
 }

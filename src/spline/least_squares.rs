@@ -229,11 +229,7 @@ fn middle_gap(parameters: &[f64], start: f64, end: f64) -> Option<f64> {
 }
 
 /// Distances of the points from the curve at their parameters.
-fn distances<S: Scalar, const D: usize>(
-    curve: &BSplineCurve<S, D>,
-    parameters: &[f64],
-    points: &[[S; D]],
-) -> Vec<f64> {
+fn distances<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, parameters: &[f64], points: &[[S; D]]) -> Vec<f64> {
     parameters.iter().zip(points).map(|(&u, p)| distance(&curve.point_at(u), p)).collect()
 }
 

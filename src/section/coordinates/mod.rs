@@ -195,7 +195,8 @@ impl<S: Scalar> Coordinates<S> {
     /// # Errors
     /// A curve that crosses itself between the points, a fit that is not possible.
     pub fn section(&self) -> Result<Section<S>, SectionError> {
-        let parameters: Vec<f64> = chord_length_parameters(&self.points)?.iter().map(|u: &S| u.re()).collect();
+        let real: Vec<[f64; 2]> = self.points.iter().map(|p| p.map(|c| c.re())).collect();
+        let parameters: Vec<f64> = chord_length_parameters(&real)?;
         let mut curve = match self.fit {
             Fit::Interpolate => interpolate(&parameters, &self.points, EndCondition::Natural)?,
             Fit::Tolerance(tolerance) => fit_to_tolerance(&parameters, &self.points, 3, tolerance)?,
