@@ -43,7 +43,7 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
         }
     }
 
-    /// Error function.
+    /// Error function `2/√π ∫ exp(−t²) dt` from 0 to the number.
     #[inline]
     fn erf(self) -> Self {
         let x = self.re();
@@ -51,7 +51,7 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
         self.chain([libm::erf(x), g, -2.0 * x * g, (4.0 * x * x - 2.0) * g])
     }
 
-    /// Complementary error function (paper, equation 2).
+    /// Complementary error function `1 − erf`, without cancellation for large numbers (paper, equation 2).
     #[inline]
     fn erfc(self) -> Self {
         let x = self.re();

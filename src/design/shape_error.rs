@@ -120,7 +120,7 @@ impl<S: Scalar> ShapeError<S> {
         }
     }
 
-    /// Which norm this is.
+    /// The norm by which the shapes are compared.
     pub fn norm(&self) -> ShapeNorm {
         self.norm
     }

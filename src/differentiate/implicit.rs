@@ -14,11 +14,11 @@ pub enum SolveError {
     /// Newton's method used up its iterations.
     #[error("Newton did not converge in {iterations} iterations: residual {residual:.3e}, wanted {tolerance:.1e}")]
     NotConverged {
-        /// Iterations done.
+        /// Number of iterations that were done.
         iterations: usize,
         /// Euclidean norm of the last residual.
         residual: f64,
-        /// Norm asked for.
+        /// Norm of the residual that was asked for.
         tolerance: f64,
     },
     /// The Jacobian has no inverse.
@@ -38,7 +38,7 @@ pub trait Implicit {
 /// A solution in `f64`, with the factorised Jacobian *at the solution*.
 #[derive(Debug, Clone)]
 pub struct Root {
-    /// The unknowns.
+    /// The unknowns at the solution.
     pub u: DVector<f64>,
     factors: LU<f64, Dyn, Dyn>,
 }

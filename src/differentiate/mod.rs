@@ -42,7 +42,7 @@ use crate::scalar::Scalar;
 pub trait Function {
     /// Why the function has no value at some point; [`std::convert::Infallible`] where it always has.
     type Error;
-    /// The value at `x`.
+    /// The value at the point `x`, which has one entry per variable.
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<S, Self::Error>;
 }
 

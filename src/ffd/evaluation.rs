@@ -243,6 +243,7 @@ fn contract<S: Scalar, const N: usize, const D: usize>(block: &[[S; D]], weights
 mod tests {
     use super::*;
     use crate::ffd::Placement;
+    use num_dual::Dual64;
     use proptest::prelude::*;
 
     fn bent(counts: [usize; 2], degrees: [usize; 2]) -> FfdBox<f64> {
@@ -271,10 +272,14 @@ mod tests {
                 ([u, v][k] - middle) * inverse
             });
             let (point, local) = evaluator.cell_point_and_jacobian(cell, s);
+            let net = lattice.control_points().iter().map(|p| p.map(Dual64::from)).collect();
+            let dual = BoxEvaluator::new(&lattice.with_control_points(net).unwrap());
+            let along: [[Dual64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]].map(|e| dual.evaluate([Dual64::new(u, e[0]), Dual64::new(v, e[1])]));
             for d in 0..2 {
                 prop_assert!((point[d] - exact[d]).abs() < 4e-15);
                 for k in 0..2 {
-                    prop_assert!((local[k][d] * evaluator.axes[k].spans[cell[k]].1 - jacobian[k][d]).abs() < 1e-12);
+                    let slope = local[k][d] * evaluator.axes[k].spans[cell[k]].1;
+                    prop_assert!((slope - jacobian[k][d]).abs() < 1e-12 && (slope - along[k][d].eps).abs() < 1e-12);
                 }
             }
         }

@@ -59,14 +59,12 @@ impl FoldPenalty {
 /// ordered as the axes are.
 fn simplex_measure<S: Scalar, const D: usize>(origin: [S; D], neighbours: [[S; D]; D]) -> S {
     let edge: [[S; D]; D] = std::array::from_fn(|k| std::array::from_fn(|d| neighbours[k][d] - origin[d]));
-    match D {
-        2 => (edge[0][0] * edge[1][1] - edge[0][1] * edge[1][0]) * 0.5,
-        3 => {
-            let minor = |a: usize, b: usize| edge[1][a] * edge[2][b] - edge[1][b] * edge[2][a];
-            (edge[0][0] * minor(1, 2) + edge[0][1] * minor(2, 0) + edge[0][2] * minor(0, 1)) / 6.0
-        }
-        _ => unreachable!("boxes have two or three dimensions"),
+    const { assert!(D == 2 || D == 3, "boxes have two or three dimensions") };
+    if D == 2 {
+        return (edge[0][0] * edge[1][1] - edge[0][1] * edge[1][0]) * 0.5;
     }
+    let minor = |a: usize, b: usize| edge[1][a] * edge[2][b] - edge[1][b] * edge[2][a];
+    (edge[0][0] * minor(1, 2) + edge[0][1] * minor(2, 0) + edge[0][2] * minor(0, 1)) / 6.0
 }
 
 /// A control point with the simplices it spans with its neighbours.
@@ -171,7 +169,7 @@ pub fn penalty_of_indicator<S: Scalar>(indicator: S) -> S {
 }
 
 impl<S: Scalar, const D: usize> BoxPenalty<S, D> {
-    /// The settings.
+    /// The settings that the penalty was made with.
     pub fn settings(&self) -> FoldPenalty {
         self.settings
     }

@@ -7,7 +7,8 @@
 
 use super::{BoxEvaluator, FfdBox};
 use crate::differentiate::SmallFactors;
-use crate::spline::{KnotVector, for_each_index};
+use crate::spline::{blossom, for_each_index};
+use std::iter::repeat_n;
 
 /// Newton steps tried from one starting point.
 const STEPS: usize = 16;
@@ -206,27 +207,16 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, spans: [Span; D]) -> Vec
         let stride: usize = orders[..k].iter().product();
         for start in (0..net.len()).filter(|i| (i / stride).is_multiple_of(orders[k])) {
             let line: Vec<[f64; D]> = (0..orders[k]).map(|j| net[start + j * stride]).collect();
-            for (ends, slot) in (0..orders[k]).enumerate() {
-                net[start + slot * stride] = blossom(&axes[k], spans[k], &line, ends);
+            for ends in 0..orders[k] {
+                let (span, first, last) = spans[k];
+                let arguments = repeat_n(last, ends).chain(repeat_n(first, orders[k] - 1 - ends));
+                let weights = blossom(&axes[k], span, arguments);
+                net[start + ends * stride] =
+                    std::array::from_fn(|d| line.iter().zip(&weights).map(|(point, weight)| point[d] * weight).sum());
             }
         }
     }
     net
-}
-
-/// The blossom with `ends` arguments at the end of the span and the rest at its start.
-fn blossom<const D: usize>(knots: &KnotVector, (span, first, last): Span, line: &[[f64; D]], ends: usize) -> [f64; D] {
-    let p = knots.degree();
-    let mut d = line.to_vec();
-    for level in 1..=p {
-        let argument = if level <= ends { last } else { first };
-        for j in (level..=p).rev() {
-            let (left, right) = (knots.as_slice()[span - p + j], knots.as_slice()[span + j + 1 - level]);
-            let t = (argument - left) / (right - left);
-            d[j] = std::array::from_fn(|c| (1.0 - t) * d[j - 1][c] + t * d[j][c]);
-        }
-    }
-    d[p]
 }
 
 #[cfg(test)]

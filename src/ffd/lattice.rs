@@ -149,12 +149,12 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
         })
     }
 
-    /// The B-spline map.
+    /// The B-spline map from parameters in [0, 1] to space.
     pub fn spline(&self) -> &TensorSpline<S, D, D> {
         &self.spline
     }
 
-    /// The control points, first direction fastest.
+    /// The control points, the first direction running fastest.
     pub fn control_points(&self) -> &[[S; D]] {
         self.spline.control_points()
     }
@@ -164,7 +164,7 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
         self.spline.counts()
     }
 
-    /// Degree in each direction.
+    /// Polynomial degree in each direction.
     pub fn degrees(&self) -> [usize; D] {
         std::array::from_fn(|axis| self.spline.axes()[axis].degree())
     }

@@ -61,7 +61,7 @@ impl<S: Scalar> Section<S> {
         Ok(section)
     }
 
-    /// The curve.
+    /// The curve of the outline, without the base of a blunt trailing edge.
     pub fn curve(&self) -> &BSplineCurve<S> {
         &self.curve
     }
@@ -112,7 +112,7 @@ impl<S: Scalar> Section<S> {
         Section::new(self.curve.with_control_points(points)?, self.trailing_edge, self.nose, Arc::clone(&self.name))
     }
 
-    /// The section of the real parts.
+    /// The section over `f64` whose control points are the real parts of these.
     pub fn real(&self) -> Section<f64> {
         Section {
             curve: self.curve.real(),

@@ -86,12 +86,12 @@ impl<S: Scalar> Kulfan<S> {
         &self.lower
     }
 
-    /// Trailing-edge gap in chords.
+    /// Height of the trailing-edge gap, in chords.
     pub fn gap(&self) -> S {
         self.gap
     }
 
-    /// Class exponents of nose and tail.
+    /// Class exponents `[N1, N2]` of nose and tail.
     pub fn class(&self) -> [f64; 2] {
         self.class
     }

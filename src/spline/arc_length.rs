@@ -123,7 +123,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// The parameter at a length from the start; for many of them see [`arc_lengths`](Self::arc_lengths).
     ///
     /// # Errors
-    /// Those of [`ArcLengths::parameter`].
+    /// As [`ArcLengths::parameter`].
     pub fn parameter_at_arc_length(&self, length: S) -> Result<S, SplineError> {
         self.arc_lengths()?.parameter(length)
     }

@@ -51,22 +51,22 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         Ok(Self { knots, control_points })
     }
 
-    /// The knot vector.
+    /// The knot vector of the curve.
     pub fn knots(&self) -> &Arc<KnotVector> {
         &self.knots
     }
 
-    /// The control points.
+    /// The control points, from the first to the last parameter.
     pub fn control_points(&self) -> &[[S; D]] {
         &self.control_points
     }
 
-    /// Polynomial degree.
+    /// Polynomial degree of the curve.
     pub fn degree(&self) -> usize {
         self.knots.degree()
     }
 
-    /// First and last parameter.
+    /// First and last parameter of the curve.
     pub fn domain(&self) -> (f64, f64) {
         self.knots.domain()
     }
@@ -83,7 +83,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         BSplineCurve::new(Arc::clone(&self.knots), points)
     }
 
-    /// The curve of the real parts.
+    /// The curve over `f64` whose control points are the real parts of these.
     pub fn real(&self) -> BSplineCurve<f64, D> {
         BSplineCurve {
             knots: Arc::clone(&self.knots),

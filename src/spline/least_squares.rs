@@ -23,7 +23,7 @@ pub struct LeastSquares {
     knots: Arc<KnotVector>,
     /// First control point and basis values, one row per parameter.
     rows: Vec<(usize, Vec<f64>)>,
-    /// Upper triangle of the QR factorisation for the inner control points: `degree + 1` entries a row.
+    /// Upper triangle of the QR factorisation for the inner control points: `degree + 1` entries per row.
     triangle: Vec<f64>,
 }
 

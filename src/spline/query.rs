@@ -12,9 +12,9 @@ use num_dual::{Dual64, first_derivative};
 /// An axis-parallel box: its two extreme corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundingBox<S, const D: usize = 2> {
-    /// Smallest coordinates.
+    /// Smallest coordinate in each direction.
     pub lower: [S; D],
-    /// Largest coordinates.
+    /// Largest coordinate in each direction.
     pub upper: [S; D],
 }
 
@@ -58,7 +58,7 @@ impl<S: Scalar, const D: usize> ClosestPoint<S, D> {
 }
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
-    /// The box of the control points, which contains the curve.
+    /// The bounding box of the control points, which contains the curve.
     pub fn bounding_box(&self) -> BoundingBox<S, D> {
         // a curve has control points
         let points = self.control_points();
@@ -165,7 +165,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// one is found.
     ///
     /// # Errors
-    /// No such coordinate, a range outside of the domain, [`SplineError::NoCrossing`];
+    /// A coordinate that the curve does not have, a range outside of the domain, [`SplineError::NoCrossing`];
     /// [`SplineError::NoDerivative`] where derivatives are wanted and the curve crosses the value tangentially.
     pub fn parameter_at_coordinate(&self, axis: usize, value: S, low: f64, high: f64) -> Result<S, SplineError> {
         if axis >= D {

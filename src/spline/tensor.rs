@@ -27,7 +27,7 @@ pub struct TensorSpline<S, const P: usize, const D: usize> {
 /// A B-spline surface, in space unless told otherwise.
 pub type BSplineSurface<S, const D: usize = 3> = TensorSpline<S, 2, D>;
 
-/// A B-spline volume.
+/// A B-spline volume: three parameters in space.
 pub type BSplineVolume<S> = TensorSpline<S, 3, 3>;
 
 impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
@@ -52,12 +52,12 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
         Ok(Self { axes, control_points })
     }
 
-    /// The knot vectors.
+    /// The knot vectors, one per parameter.
     pub fn axes(&self) -> &Arc<[KnotVector; P]> {
         &self.axes
     }
 
-    /// The control points, first parameter fastest.
+    /// The control points, the first parameter running fastest.
     pub fn control_points(&self) -> &[[S; D]] {
         &self.control_points
     }

@@ -122,7 +122,7 @@ impl<S: Scalar> Coordinates<S> {
         Ok(Self { name, points: points.collect(), trailing_edge, repairs, fit: Fit::Interpolate })
     }
 
-    /// Title of the file.
+    /// Name of the section: the title of its file.
     pub fn name(&self) -> &str {
         &self.name
     }

@@ -10,7 +10,7 @@ pub(super) struct Point {
     pub source: usize,
 }
 
-/// What stands in a file: points in the order of the file, and where it was divided.
+/// The contents of a file: points in the order of the file, and where it was divided.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Listing {
     pub title: Option<String>,

@@ -11,13 +11,13 @@ pub enum Repair {
     /// A line of text after the first point was passed over.
     #[error("line {line}: text passed over")]
     RemarkIgnored {
-        /// Line number.
+        /// Number of the line.
         line: usize,
     },
     /// A point at the place of the one before it was dropped.
     #[error("line {line}: point repeats the one before it, dropped")]
     DuplicateDropped {
-        /// Line number.
+        /// Number of the line.
         line: usize,
     },
     /// The outline ran clockwise and was reversed.
@@ -32,25 +32,25 @@ pub enum Repair {
     /// Points on the base of a blunt trailing edge were dropped; the base is no part of the curve.
     #[error("line {line}: point on the base of the trailing edge, dropped")]
     BasePointDropped {
-        /// Line number.
+        /// Number of the line.
         line: usize,
     },
     /// Points of a surface that were out of order were sorted along the chord.
     #[error("{count} points of a surface were out of order, sorted along the chord")]
     Sorted {
-        /// How many points changed their place.
+        /// Number of points that changed their place.
         count: usize,
     },
     /// One surface ended short of the trailing edge and was closed to the end of the other one.
     #[error("one surface ended {distance:.4} short of the trailing edge, closed")]
     TrailingEdgeCompleted {
-        /// Distance bridged.
+        /// Distance that was bridged, in the unit of the file.
         distance: f64,
     },
     /// A trailing-edge gap too small to be meant was closed at its middle.
     #[error("trailing-edge gap of {gap:.2e} closed")]
     TrailingEdgeClosed {
-        /// The gap.
+        /// Height of the gap, in the unit of the file.
         gap: f64,
     },
 }

@@ -11,9 +11,9 @@ use crate::spline::BSplineCurve;
 /// A crossing of the outline with itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
-    /// The smaller parameter.
+    /// Smaller of the two parameters of the crossing.
     pub first: f64,
-    /// The larger parameter.
+    /// Larger of the two parameters of the crossing.
     pub second: f64,
     /// Where the two branches meet.
     pub point: [f64; 2],

@@ -7,7 +7,7 @@ use crate::section::{MeasureProblem, Section, SectionError};
 /// The section's own axes: origin at the nose, first axis to the middle of the trailing edge, second to the left of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChordFrame<S> {
-    /// The nose.
+    /// The nose of the section, where the frame has its origin.
     pub origin: [S; 2],
     /// Unit vector from the nose to the middle of the trailing edge.
     pub axis: [S; 2],
@@ -31,7 +31,7 @@ impl<S: Scalar> ChordFrame<S> {
         (self.coordinates(point), self.components(tangent))
     }
 
-    /// The frame of the real parts.
+    /// The frame over `f64`, of the real parts.
     pub fn real(&self) -> ChordFrame<f64> {
         ChordFrame { origin: self.origin.map(|c| c.re()), axis: self.axis.map(|c| c.re()), chord: self.chord.re() }
     }
@@ -45,7 +45,7 @@ impl ChordFrame<f64> {
 }
 
 impl<S: Scalar> Section<S> {
-    /// The section's own axes.
+    /// The frame of the section: origin at the nose, first axis to the middle of the trailing edge.
     ///
     /// # Errors
     /// A nose that coincides with the trailing edge.
