@@ -468,5 +468,5 @@ fn points_of_nalgebra_are_points() {
     let outline = outline(&AT);
     let points: Vec<Point2<f64>> = outline.iter().map(|&p| p.into()).collect();
     assert_eq!(Coordinates::from_points("a", &points), Coordinates::from_points("a", &outline));
-    assert_eq!(chord_length_parameters::<f64, 2, _>(&points), chord_length_parameters::<f64, 2, _>(&outline));
+    assert_eq!(chord_length_parameters::<f64, 2>(&points), chord_length_parameters::<f64, 2>(&outline));
 }

@@ -1,7 +1,7 @@
 //! Implicit function theorem: solve in `f64`, then lift the root to any scalar.
 
 use crate::scalar::Scalar;
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// The Jacobian of a system of equations has no inverse at their root, so that the root has no derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -35,12 +35,12 @@ pub trait Implicit {
     fn residual<S: Scalar>(&self, u: &[S], p: &[S]) -> Vec<S>;
 }
 
-/// A solution in `f64`, with the factorised Jacobian *at the solution*.
+/// A solution in `f64`, with the inverse of the Jacobian *at the solution*.
 #[derive(Debug, Clone)]
 pub struct Root {
     /// The unknowns at the solution.
     pub u: DVector<f64>,
-    factors: LU<f64, Dyn, Dyn>,
+    inverse: DMatrix<f64>,
 }
 
 /// The exact Jacobian dR/du, by chunked forward mode.
@@ -77,16 +77,12 @@ impl Root {
             let (r, jacobian) = jacobian_of(system, u.as_slice(), p);
             let r = DVector::from_vec(r);
             residual = r.norm();
-            let factors = jacobian.lu();
+            let singular = SolveError::Singular { iteration };
             if residual <= tolerance {
-                return if factors.is_invertible() {
-                    Ok(Self { u, factors })
-                } else {
-                    Err(SolveError::Singular { iteration })
-                };
+                return Ok(Self { u, inverse: jacobian.try_inverse().ok_or(singular)? });
             }
             if iteration < iterations {
-                u -= factors.solve(&r).ok_or(SolveError::Singular { iteration })?;
+                u -= jacobian.lu().solve(&r).ok_or(singular)?;
             }
         }
         Err(SolveError::NotConverged { iterations, residual, tolerance })
@@ -95,7 +91,7 @@ impl Root {
     /// The root as a function of `p` for any scalar whose real parts are those the root was solved at.
     pub fn lift<S: Scalar, I: Implicit>(&self, system: &I, p: &[S]) -> Vec<S> {
         let mut u: Vec<S> = self.u.iter().map(|&v| S::from(v)).collect();
-        lift(&mut u, |u| system.residual(u, p), |step| self.solve_in_place(step));
+        lift(&mut u, |u| system.residual(u, p), |k, r| self.inverse[(k, r)]);
         u
     }
 
@@ -103,58 +99,26 @@ impl Root {
     ///
     /// Then `dJ/dp` is `∂J/∂p − ∂(λ·R(u, p))/∂p`: one scalar function of `p`, whatever the number of unknowns.
     pub fn adjoint(&self, output_by_unknown: &DVector<f64>) -> DVector<f64> {
-        let mut y = output_by_unknown.clone();
-        let (factors, n) = (self.factors.lu_internal(), y.len());
-        for i in 0..n {
-            for j in 0..i {
-                y[i] -= factors[(j, i)] * y[j];
-            }
-            y[i] /= factors[(i, i)];
-        }
-        for i in (0..n).rev() {
-            for j in i + 1..n {
-                y[i] -= factors[(j, i)] * y[j];
-            }
-        }
-        self.factors.p().inv_permute_rows(&mut y);
-        y
-    }
-
-    /// Solves with the `f64` factors and a right-hand side of any scalar.
-    fn solve_in_place<S: Scalar>(&self, b: &mut [S]) {
-        let mut permuted = DVector::from_column_slice(b);
-        self.factors.p().permute_rows(&mut permuted);
-        let (factors, n) = (self.factors.lu_internal(), permuted.len());
-        for j in 0..n {
-            for i in j + 1..n {
-                let known = permuted[j];
-                permuted[i] -= known * factors[(i, j)];
-            }
-        }
-        for j in (0..n).rev() {
-            permuted[j] /= factors[(j, j)];
-            for i in 0..j {
-                let known = permuted[j];
-                permuted[i] -= known * factors[(i, j)];
-            }
-        }
-        b.copy_from_slice(permuted.as_slice());
+        self.inverse.tr_mul(output_by_unknown)
     }
 }
 
 /// Carries derivatives of every order that `S` has into a root `u` that was found in `f64`.
 ///
 /// The step is `u ← u − J⁻¹ R(u)`, once per order of derivative: with the Jacobian `J` frozen in `f64` each pass makes one
-/// more order exact. `solve` replaces a right-hand side `b` by `J⁻¹ b`.
-pub(crate) fn lift<S: Scalar, R: AsMut<[S]>>(u: &mut [S], residual: impl Fn(&[S]) -> R, solve: impl Fn(&mut [S])) {
+/// more order exact. `inverse` gives the entries of `J⁻¹` by row and column.
+pub(crate) fn lift<S: Scalar, R: AsRef<[S]>>(
+    u: &mut [S],
+    residual: impl Fn(&[S]) -> R,
+    inverse: impl Fn(usize, usize) -> f64,
+) {
     for _ in 0..S::NDERIV {
-        let mut residual = residual(u);
-        let step = residual.as_mut();
-        // the real part of the residual is round-off of the f64 solution; it must not move the root
-        step.iter_mut().for_each(|r| *r -= r.re());
-        solve(step);
-        for (u, step) in u.iter_mut().zip(step) {
-            *u -= *step;
+        let residual = residual(u);
+        for (k, u) in u.iter_mut().enumerate() {
+            for (r, value) in residual.as_ref().iter().enumerate() {
+                // the real part of the residual is round-off of the f64 solution; it must not move the root
+                *u -= (*value - value.re()) * inverse(k, r);
+            }
         }
     }
 }
@@ -182,11 +146,13 @@ pub fn lift_roots<S: Scalar, const N: usize>(
 ) -> Result<[S; N], SingularJacobian> {
     let mut u = root.map(S::from);
     if S::NDERIV > 0 {
-        let columns = jacobian();
-        let round_off = columns.map(|column| column.iter().fold(0.0, |m: f64, c| m.max(1e-14 * c.abs())));
-        let factors = SmallFactors::new(&columns, round_off)?;
-        let at = |u: &[S]| residual(std::array::from_fn(|k| u[k]));
-        lift(&mut u, at, |step| factors.solve_in_place(step));
+        let jacobian = SMatrix::<f64, N, N>::from(jacobian());
+        let inverse = jacobian.try_inverse().ok_or(SingularJacobian)?;
+        // a product that is large whatever the units of the unknowns; written so that NaN fails
+        if !(0..N).all(|k| jacobian.column(k).amax() * inverse.row(k).amax() < 1e14) {
+            return Err(SingularJacobian);
+        }
+        lift(&mut u, |u| residual(std::array::from_fn(|k| u[k])), |k, r| inverse[(k, r)]);
     }
     Ok(u)
 }
@@ -202,59 +168,6 @@ pub fn lift_root<S: Scalar>(
     residual: impl Fn(S) -> S,
 ) -> Result<S, SingularJacobian> {
     lift_roots([root], || [[slope()]], |[u]| [residual(u)]).map(|[u]| u)
-}
-
-/// LU factors, with row exchanges, of a small matrix of `f64`, without allocation.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SmallFactors<const N: usize> {
-    rows: [[f64; N]; N],
-    order: [usize; N],
-}
-
-impl<const N: usize> SmallFactors<N> {
-    /// Factorises the matrix with the given columns; the pivot of column `k` must exceed `least[k]`.
-    #[inline]
-    pub(crate) fn new(columns: &[[f64; N]; N], least: [f64; N]) -> Result<Self, SingularJacobian> {
-        let mut rows: [[f64; N]; N] = std::array::from_fn(|r| std::array::from_fn(|k| columns[k][r]));
-        let mut order = std::array::from_fn(|r| r);
-        for k in 0..N {
-            let pivot = (k..N).fold(k, |best, r| if rows[r][k].abs() > rows[best][k].abs() { r } else { best });
-            // written so that NaN fails
-            if !(rows[pivot][k].abs() > least[k]) {
-                return Err(SingularJacobian);
-            }
-            rows.swap(k, pivot);
-            order.swap(k, pivot);
-            for r in k + 1..N {
-                let factor = rows[r][k] / rows[k][k];
-                rows[r][k] = factor;
-                for c in k + 1..N {
-                    rows[r][c] -= factor * rows[k][c];
-                }
-            }
-        }
-        Ok(Self { rows, order })
-    }
-
-    /// Replaces the first `N` entries of a right-hand side of any scalar by the solution.
-    #[inline]
-    pub(crate) fn solve_in_place<S: Scalar>(&self, b: &mut [S]) {
-        let mut x = self.order.map(|r| b[r]);
-        for k in 0..N {
-            for r in k + 1..N {
-                let known = x[k];
-                x[r] -= known * self.rows[r][k];
-            }
-        }
-        for k in (0..N).rev() {
-            for c in k + 1..N {
-                let known = x[c];
-                x[k] -= known * self.rows[k][c];
-            }
-            x[k] /= self.rows[k][k];
-        }
-        b[..N].copy_from_slice(&x);
-    }
 }
 
 #[cfg(test)]

@@ -32,8 +32,8 @@ mod tangent;
 pub(crate) use tangent::Tangent;
 
 pub use forward::{CHUNK, Direction, gradient, hessian, jacobian};
+pub(crate) use implicit::lift;
 pub use implicit::{Implicit, Root, SingularJacobian, SolveError, lift_root, lift_roots};
-pub(crate) use implicit::{SmallFactors, lift};
 pub use ridders::{Estimate, StepRange, finite_difference, finite_difference_jacobian};
 
 use crate::scalar::Scalar;

@@ -27,7 +27,7 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     /// # Errors
     /// The first point outside of the box. Where derivatives are wanted, the first point at which the box has a singular
     /// Jacobian, so that its parameters have no derivatives.
-    pub fn embed<P: Into<[S; D]> + Copy>(&self, points: &[P]) -> Result<Embedding<S, D>, FfdError> {
+    pub fn embed(&self, points: &[impl Into<[S; D]> + Copy]) -> Result<Embedding<S, D>, FfdError> {
         let real_points = self.control_points().iter().map(|p| p.map(|c| c.re())).collect::<Vec<_>>();
         let real: FfdBox<f64, D> = self.with_control_points(real_points)?;
         let inversion = Inversion::new(&real);
@@ -67,10 +67,10 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
     ///
     /// # Errors
     /// A wrong number of points or displacements.
-    pub fn deform<P: Into<[S; D]> + Copy, Q: Into<[S; D]> + Copy>(
+    pub fn deform(
         &self,
-        points: &[P],
-        displacements: &[Q],
+        points: &[impl Into<[S; D]> + Copy],
+        displacements: &[impl Into<[S; D]> + Copy],
     ) -> Result<Vec<[S; D]>, FfdError> {
         for (expected, found) in [(self.map.outputs(), points.len()), (self.map.inputs(), displacements.len())] {
             if expected != found {

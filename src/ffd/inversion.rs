@@ -6,8 +6,8 @@
 //! is left is halved until Newton converges inside its bracket.
 
 use super::{BoxEvaluator, FfdBox};
-use crate::differentiate::SmallFactors;
-use crate::spline::{blossom, for_each_index};
+use crate::spline::{blossom, for_each_index, halve};
+use nalgebra::{SMatrix, SVector};
 use std::iter::repeat_n;
 
 /// Newton steps tried from one starting point.
@@ -93,7 +93,7 @@ impl<'a, const D: usize> Inversion<'a, D> {
         let mut last_step = f64::INFINITY;
         for _ in 0..STEPS {
             let (value, jacobian) = self.evaluator.cell_point_and_jacobian(patch.cell, s);
-            let step = newton_step(&jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
+            let step = newton_step(jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
             let mut size = 0.0f64;
             for k in 0..D {
                 s[k] -= step[k];
@@ -126,7 +126,7 @@ impl<'a, const D: usize> Inversion<'a, D> {
                 break;
             }
             (best, smallest) = (u, size);
-            let step = newton_step(&jacobian, residual)?;
+            let step = newton_step(jacobian, residual)?;
             u = std::array::from_fn(|k| (u[k] - step[k]).clamp(0.0, 1.0));
         }
         (smallest <= TOLERANCE * self.diagonal).then_some(best)
@@ -155,19 +155,12 @@ impl<const D: usize> Patch<D> {
         let orders = degrees.map(|p| p + 1);
         let stride: usize = orders[..axis].iter().product();
         let (mut left, mut right) = (self.net.clone(), self.net.clone());
-        for start in 0..self.net.len() {
-            if !(start / stride).is_multiple_of(orders[axis]) {
-                continue;
+        for start in (0..self.net.len()).filter(|i| (i / stride).is_multiple_of(orders[axis])) {
+            let mut line: Vec<[f64; D]> = (0..orders[axis]).map(|j| self.net[start + j * stride]).collect();
+            let rest = halve(&mut line, |a, b| std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
+            for j in 0..orders[axis] {
+                (left[start + j * stride], right[start + j * stride]) = (line[j], rest[j]);
             }
-            let n = orders[axis];
-            for level in 1..n {
-                for j in (level..n).rev() {
-                    let (a, b) = (left[start + (j - 1) * stride], left[start + j * stride]);
-                    left[start + j * stride] = std::array::from_fn(|d| 0.5 * (a[d] + b[d]));
-                }
-                right[start + (n - 1 - level) * stride] = left[start + (n - 1) * stride];
-            }
-            right[start + (n - 1) * stride] = self.net[start + (n - 1) * stride];
         }
         let middle = 0.5 * (self.low[axis] + self.high[axis]);
         let (mut high, mut low) = (self.high, self.low);
@@ -190,9 +183,9 @@ fn bounds<const D: usize>(points: &[[f64; D]]) -> ([f64; D], [f64; D]) {
 }
 
 /// The step of Newton's method, where there is one.
-fn newton_step<const D: usize>(jacobian: &[[f64; D]; D], mut residual: [f64; D]) -> Option<[f64; D]> {
-    SmallFactors::new(jacobian, [0.0; D]).ok()?.solve_in_place(&mut residual);
-    residual.iter().all(|v| v.is_finite()).then_some(residual)
+fn newton_step<const D: usize>(jacobian: [[f64; D]; D], residual: [f64; D]) -> Option<[f64; D]> {
+    let step = SMatrix::<f64, D, D>::from(jacobian).try_inverse()? * SVector::from(residual);
+    step.iter().all(|v| v.is_finite()).then_some(step.into())
 }
 
 /// Bézier control points of one cell: the blossom of the B-spline at the ends of the cell, direction by direction.

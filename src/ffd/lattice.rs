@@ -73,8 +73,8 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     ///
     /// # Errors
     /// As [`rectangular`](Self::rectangular), a wrong number of corners, or corners that fold the net.
-    pub fn from_corners<P: Into<[S; D]> + Copy>(
-        corners: &[P],
+    pub fn from_corners(
+        corners: &[impl Into<[S; D]> + Copy],
         counts: [usize; D],
         degrees: [usize; D],
         placement: Placement,
@@ -110,8 +110,8 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     /// # Errors
     /// As [`rectangular`](Self::rectangular), a wrong number of control points, one that is not finite, or a net that is
     /// folded.
-    pub fn from_control_points<P: Into<[S; D]>>(
-        points: Vec<P>,
+    pub fn from_control_points(
+        points: Vec<impl Into<[S; D]>>,
         counts: [usize; D],
         degrees: [usize; D],
     ) -> Result<Self, FfdError> {
@@ -173,11 +173,7 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn with_control_points<T, P>(&self, points: Vec<P>) -> Result<FfdBox<T, D>, FfdError>
-    where
-        T: Scalar,
-        P: Into<[T; D]>,
-    {
+    pub fn with_control_points<T: Scalar>(&self, points: Vec<impl Into<[T; D]>>) -> Result<FfdBox<T, D>, FfdError> {
         Ok(FfdBox { spline: self.spline.with_control_points(points).map_err(FfdError::ControlPoints)? })
     }
 

@@ -104,11 +104,7 @@ impl<S: Scalar> Section<S> {
     ///
     /// # Errors
     /// A wrong number of control points, one that is not finite, or a sharp trailing edge torn open.
-    pub fn with_control_points<T, P>(&self, points: Vec<P>) -> Result<Section<T>, SectionError>
-    where
-        T: Scalar,
-        P: Into<[T; 2]>,
-    {
+    pub fn with_control_points<T: Scalar>(&self, points: Vec<impl Into<[T; 2]>>) -> Result<Section<T>, SectionError> {
         Section::new(self.curve.with_control_points(points)?, self.trailing_edge, self.nose, Arc::clone(&self.name))
     }
 

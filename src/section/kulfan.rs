@@ -181,10 +181,7 @@ const SAMPLES: usize = 200;
 ///
 /// # Errors
 /// A section without a chord, no coefficients, or more coefficients than the points determine.
-pub fn fit_kulfan<S>(section: &Section<S>, upper: usize, lower: usize) -> Result<KulfanFit<S>, SectionError>
-where
-    S: Scalar,
-{
+pub fn fit_kulfan<S: Scalar>(section: &Section<S>, upper: usize, lower: usize) -> Result<KulfanFit<S>, SectionError> {
     let class = [0.5, 1.0];
     let frame = section.chord_frame()?;
     let gap = match section.trailing_edge() {
@@ -253,12 +250,7 @@ fn solve_least_squares<S: Scalar>(matrix: &DMatrix<S>, right: &DVector<S>) -> Op
     };
     // the second time makes up for the squared condition number
     for _ in 0..2 {
-        lift(&mut lifted, normal, |step| {
-            let known = step.to_vec();
-            for (row, step) in step.iter_mut().enumerate() {
-                *step = known.iter().enumerate().map(|(k, b)| *b * inverse[(row, k)]).sum();
-            }
-        });
+        lift(&mut lifted, normal, |k, r| inverse[(k, r)]);
     }
     Some(lifted)
 }

@@ -25,11 +25,11 @@ pub struct Approximation<S, const D: usize = 2> {
 ///
 /// # Errors
 /// A point that is not finite.
-pub fn line_segment<S: Scalar, const D: usize, P: Into<[S; D]>>(
-    start: P,
-    end: P,
+pub fn line_segment<S: Scalar, const D: usize>(
+    start: impl Into<[S; D]>,
+    end: impl Into<[S; D]>,
 ) -> Result<BSplineCurve<S, D>, SplineError> {
-    BSplineCurve::new(KnotVector::clamped_uniform(1, 2)?, vec![start, end])
+    BSplineCurve::new(KnotVector::clamped_uniform(1, 2)?, vec![start.into(), end.into()])
 }
 
 /// An arc of a circle between two angles from the x axis (radians), within `tolerance` of it; clockwise where

@@ -75,11 +75,10 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_control_points<T, P>(&self, points: Vec<P>) -> Result<BSplineCurve<T, D>, SplineError>
-    where
-        T: Scalar,
-        P: Into<[T; D]>,
-    {
+    pub fn with_control_points<T: Scalar>(
+        &self,
+        points: Vec<impl Into<[T; D]>>,
+    ) -> Result<BSplineCurve<T, D>, SplineError> {
         BSplineCurve::new(Arc::clone(&self.knots), points)
     }
 

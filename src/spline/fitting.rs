@@ -41,9 +41,9 @@ pub enum EndCondition<S, const D: usize = 2> {
 /// # Errors
 /// Parameters that do not increase or are not finite, fewer than two points (four for
 /// [`NotAKnot`](EndCondition::NotAKnot)), a number of points that is not that of parameters, points not finite.
-pub fn interpolate<S: Scalar, const D: usize, P: Into<[S; D]> + Copy>(
+pub fn interpolate<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[P],
+    points: &[impl Into<[S; D]> + Copy],
     ends: EndCondition<S, D>,
 ) -> Result<BSplineCurve<S, D>, SplineError> {
     match ends {
@@ -149,11 +149,10 @@ impl Interpolation {
     /// # Errors
     /// A wrong number of points, a point that is not finite, or an interpolation built by
     /// [`clamped`](Self::clamped): it needs [`curve_with_tangents`](Self::curve_with_tangents).
-    pub fn curve<S, const D: usize, P>(&self, points: &[P]) -> Result<BSplineCurve<S, D>, SplineError>
-    where
-        S: Scalar,
-        P: Into<[S; D]> + Copy,
-    {
+    pub fn curve<S: Scalar, const D: usize>(
+        &self,
+        points: &[impl Into<[S; D]> + Copy],
+    ) -> Result<BSplineCurve<S, D>, SplineError> {
         match self.ends {
             Ends::Nothing => self.solve(points, None),
             Ends::ZeroCurvature => self.solve(points, Some([[S::from(0.0); D]; 2])),
@@ -165,9 +164,9 @@ impl Interpolation {
     ///
     /// # Errors
     /// As [`curve`](Self::curve), or an interpolation not built by [`clamped`](Self::clamped).
-    pub fn curve_with_tangents<S: Scalar, const D: usize, P: Into<[S; D]> + Copy>(
+    pub fn curve_with_tangents<S: Scalar, const D: usize>(
         &self,
-        points: &[P],
+        points: &[impl Into<[S; D]> + Copy],
         start: [S; D],
         end: [S; D],
     ) -> Result<BSplineCurve<S, D>, SplineError> {
@@ -177,9 +176,9 @@ impl Interpolation {
         }
     }
 
-    fn solve<S: Scalar, const D: usize, P: Into<[S; D]> + Copy>(
+    fn solve<S: Scalar, const D: usize>(
         &self,
-        points: &[P],
+        points: &[impl Into<[S; D]> + Copy],
         derivatives: Option<[[S; D]; 2]>,
     ) -> Result<BSplineCurve<S, D>, SplineError> {
         if points.len() != self.points {
@@ -217,11 +216,9 @@ pub fn averaged_knots(degree: usize, parameters: &[f64]) -> Result<KnotVector, S
 ///
 /// # Errors
 /// Fewer than two points, a point that is not finite, or one equal to the point before it.
-pub fn chord_length_parameters<S, const D: usize, P>(points: &[P]) -> Result<Vec<S>, SplineError>
-where
-    S: Scalar,
-    P: Into<[S; D]> + Copy,
-{
+pub fn chord_length_parameters<S: Scalar, const D: usize>(
+    points: &[impl Into<[S; D]> + Copy],
+) -> Result<Vec<S>, SplineError> {
     accumulated(points, |squared| squared.sqrt())
 }
 
@@ -232,20 +229,17 @@ where
 ///
 /// # Errors
 /// As [`chord_length_parameters`].
-pub fn centripetal_parameters<S, const D: usize, P>(points: &[P]) -> Result<Vec<S>, SplineError>
-where
-    S: Scalar,
-    P: Into<[S; D]> + Copy,
-{
+pub fn centripetal_parameters<S: Scalar, const D: usize>(
+    points: &[impl Into<[S; D]> + Copy],
+) -> Result<Vec<S>, SplineError> {
     accumulated(points, |squared| squared.sqrt().sqrt())
 }
 
 /// Sums of steps between points, each a function of the squared distance, over the whole sum.
-fn accumulated<S, const D: usize, P>(points: &[P], step: fn(S) -> S) -> Result<Vec<S>, SplineError>
-where
-    S: Scalar,
-    P: Into<[S; D]> + Copy,
-{
+fn accumulated<S: Scalar, const D: usize>(
+    points: &[impl Into<[S; D]> + Copy],
+    step: fn(S) -> S,
+) -> Result<Vec<S>, SplineError> {
     let n = points.len();
     if n < 2 {
         return Err(SplineError::TooFewPoints { needed: 2, found: n });

@@ -64,11 +64,10 @@ impl LeastSquares {
     ///
     /// # Errors
     /// A wrong number of points, or one that is not finite.
-    pub fn curve<S, const D: usize, P>(&self, points: &[P]) -> Result<BSplineCurve<S, D>, SplineError>
-    where
-        S: Scalar,
-        P: Into<[S; D]> + Copy,
-    {
+    pub fn curve<S: Scalar, const D: usize>(
+        &self,
+        points: &[impl Into<[S; D]> + Copy],
+    ) -> Result<BSplineCurve<S, D>, SplineError> {
         let points: Vec<[S; D]> = points.iter().map(|&p| p.into()).collect();
         if points.len() != self.rows.len() {
             return Err(SplineError::PointCount { expected: self.rows.len(), found: points.len() });
@@ -143,9 +142,9 @@ impl LeastSquares {
 ///
 /// # Errors
 /// As [`LeastSquares::new`] and [`LeastSquares::curve`].
-pub fn fit<S: Scalar, const D: usize, P: Into<[S; D]> + Copy>(
+pub fn fit<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[P],
+    points: &[impl Into<[S; D]> + Copy],
     knots: impl Into<Arc<KnotVector>>,
 ) -> Result<BSplineCurve<S, D>, SplineError> {
     LeastSquares::new(parameters, knots)?.curve(points)
@@ -160,9 +159,9 @@ pub fn fit<S: Scalar, const D: usize, P: Into<[S; D]> + Copy>(
 /// # Errors
 /// [`SplineError::ToleranceNotReached`] where even the interpolating curve is further off, by round-off; otherwise those
 /// of [`fit`].
-pub fn fit_to_tolerance<S: Scalar, const D: usize, P: Into<[S; D]> + Copy>(
+pub fn fit_to_tolerance<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[P],
+    points: &[impl Into<[S; D]> + Copy],
     degree: usize,
     tolerance: f64,
 ) -> Result<BSplineCurve<S, D>, SplineError> {

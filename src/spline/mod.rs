@@ -34,6 +34,6 @@ pub use quadrature::GaussRule;
 pub use query::{BoundingBox, ClosestPoint};
 pub(crate) use query::{distance_slope, foot};
 pub(crate) use refine::blossom;
-pub(crate) use roots::isolated;
+pub(crate) use roots::{halve, isolated};
 pub(crate) use tensor::for_each_index;
 pub use tensor::{BSplineSurface, BSplineVolume, TensorSpline, for_each_weight};

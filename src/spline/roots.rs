@@ -17,7 +17,7 @@ pub(super) fn isolate(coefficients: &[f64], noise: f64, mut visit: impl FnMut(f6
                     visit(middle, middle, true);
                     continue;
                 }
-                let right = halve(&mut left);
+                let right = halve(&mut left, |a, b| 0.5 * (a + b));
                 if right[0].abs() <= noise {
                     visit(middle, middle, true);
                 }
@@ -34,13 +34,13 @@ fn sign_changes(coefficients: &[f64], noise: f64) -> usize {
     signs.filter(|&s| last.replace(s) != Some(s)).count()
 }
 
-/// De Casteljau at one half: leaves the left half in place and gives the right one.
-fn halve(coefficients: &mut [f64]) -> Vec<f64> {
+/// De Casteljau at one half: leaves the left half in place and gives the right one. `middle` takes the mean of two.
+pub(crate) fn halve<T: Copy>(coefficients: &mut [T], middle: impl Fn(T, T) -> T) -> Vec<T> {
     let n = coefficients.len();
     let mut right = coefficients.to_vec();
     for level in 1..n {
         for i in (level..n).rev() {
-            coefficients[i] = 0.5 * (coefficients[i - 1] + coefficients[i]);
+            coefficients[i] = middle(coefficients[i - 1], coefficients[i]);
         }
         right[n - 1 - level] = coefficients[n - 1];
     }

@@ -1,7 +1,7 @@
 //! Tensor-product B-splines of any number of parameters: surfaces, volumes and the maps that FFD boxes are.
 
 use super::{KnotVector, SplineError};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use std::sync::Arc;
 
 /// A tensor-product B-spline of `P` parameters in `D` dimensions.
@@ -36,9 +36,9 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn new<V: Into<[S; D]>>(
+    pub fn new(
         axes: impl Into<Arc<[KnotVector; P]>>,
-        control_points: Vec<V>,
+        control_points: Vec<impl Into<[S; D]>>,
     ) -> Result<Self, SplineError> {
         let axes = axes.into();
         let control_points: Vec<[S; D]> = control_points.into_iter().map(Into::into).collect();
@@ -71,27 +71,27 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_control_points<T, V>(&self, points: Vec<V>) -> Result<TensorSpline<T, P, D>, SplineError>
-    where
-        T: Scalar,
-        V: Into<[T; D]>,
-    {
+    pub fn with_control_points<T: Scalar>(
+        &self,
+        points: Vec<impl Into<[T; D]>>,
+    ) -> Result<TensorSpline<T, P, D>, SplineError> {
         TensorSpline::new(Arc::clone(&self.axes), points)
     }
 
     /// The point at parameters `u`; outside of the domain the end polynomials continue.
     pub fn evaluate(&self, u: [S; P]) -> [S; D] {
-        let mut point = [S::from(0.0); D];
-        for_each_weight(&self.axes, u, |index, weight| {
-            for (p, c) in point.iter_mut().zip(&self.control_points[index]) {
-                *p += *c * weight;
-            }
-        });
-        point
+        self.at(u)
     }
 
     /// The point at constant parameters; cheaper than [`evaluate`](Self::evaluate) for duals.
     pub fn point_at(&self, u: [f64; P]) -> [S; D] {
+        self.at(u)
+    }
+
+    fn at<W: Scalar>(&self, u: [W; P]) -> [S; D]
+    where
+        S: Over<W>,
+    {
         let mut point = [S::from(0.0); D];
         for_each_weight(&self.axes, u, |index, weight| {
             for (p, c) in point.iter_mut().zip(&self.control_points[index]) {

@@ -88,7 +88,7 @@ impl<S: Scalar> Coordinates<S> {
     ///
     /// # Errors
     /// As [`parse`](Coordinates::parse), with lines counted from zero points.
-    pub fn from_points<P: Into<[S; 2]> + Copy>(name: &str, points: &[P]) -> Result<Self, CoordinateError> {
+    pub fn from_points(name: &str, points: &[impl Into<[S; 2]> + Copy]) -> Result<Self, CoordinateError> {
         let given: Vec<[S; 2]> = points.iter().map(|&p| p.into()).collect();
         if let Some(value) = given.iter().flatten().map(|c| c.re()).find(|c| !parse::usable(*c)) {
             return Err(CoordinateError::Value { line: 0, value });

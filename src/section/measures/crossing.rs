@@ -6,7 +6,7 @@
 
 use crate::plane::{between, bounds, cross, dot, length, middle, minus};
 use crate::section::Section;
-use crate::spline::BSplineCurve;
+use crate::spline::{BSplineCurve, halve};
 
 /// A crossing of the outline with itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -172,16 +172,10 @@ impl Piece {
 
     /// De Casteljau at one half.
     fn halves(&self) -> (Self, Self) {
-        let mut row = self.points.clone();
-        let (mut left, mut right) = (vec![], vec![]);
-        while let (Some(&first), Some(&last)) = (row.first(), row.last()) {
-            left.push(first);
-            right.push(last);
-            row = row.windows(2).map(|w| middle(w[0], w[1])).collect();
-        }
-        right.reverse();
-        let middle = 0.5 * (self.start + self.end);
-        (Self { start: self.start, end: middle, points: left }, Self { start: middle, end: self.end, points: right })
+        let mut left = self.points.clone();
+        let right = halve(&mut left, middle);
+        let at = 0.5 * (self.start + self.end);
+        (Self { start: self.start, end: at, points: left }, Self { start: at, end: self.end, points: right })
     }
 
     /// Whether the control points deviate from the chord by no more than round-off of their coordinates.

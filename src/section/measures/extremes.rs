@@ -1,10 +1,11 @@
 //! Thickness and camber: at a station, and their largest values.
 
 use super::ChordFrame;
-use crate::differentiate::{SmallFactors, Tangent, lift_root, lift_roots};
+use crate::differentiate::{Tangent, lift_root, lift_roots};
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError};
 use crate::spline::{BSplineCurve, isolated};
+use nalgebra::{Matrix2, Vector2};
 
 /// Below this camber, in chords, a section counts as symmetric.
 const NO_CAMBER: f64 = 1e-12;
@@ -296,8 +297,7 @@ fn solve_extreme(
         let (upper, lower) = (at(Tangent::from_re(u[0]).derivative(0)), at(Tangent::from_re(u[1]).derivative(1)));
         let r = stationarity(upper, lower, kind);
         let jacobian = [0, 1].map(|k| r.map(|r| r.eps[k]));
-        let mut step = r.map(|r| r.re);
-        SmallFactors::new(&jacobian, [0.0; 2]).ok()?.solve_in_place(&mut step);
+        let step: [f64; 2] = (Matrix2::from(jacobian).try_inverse()? * Vector2::from(r.map(|r| r.re))).into();
         let size = step[0].abs().max(step[1].abs());
         // quadratic convergence ends where steps no longer shrink
         if size <= 1e-9 && size >= 0.5 * previous || size <= f64::EPSILON {
