@@ -79,8 +79,8 @@ impl AxisTable {
         value
     }
 
-    /// Basis functions and their derivatives with respect to `s`, by Horner's rule for both; in the innermost loop of
-    /// every embedding, where a dual number takes a fifth more instructions. A test compares with dual numbers.
+    /// Basis functions and their derivatives with respect to `s`, by Horner's rule for both: the innermost loop of every
+    /// embedding. A test compares with dual numbers.
     #[inline]
     fn values_and_slopes<const N: usize>(&self, span: usize, s: f64) -> [[f64; N]; 2] {
         let rows = &self.coefficients[span * N * N..(span + 1) * N * N];
