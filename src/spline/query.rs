@@ -396,6 +396,22 @@ mod tests {
     }
 
     #[test]
+    fn an_extremum_at_a_knot_moves_away_from_it() {
+        fn lowest<S: Scalar>(x: S) -> S {
+            let mut points = [1.0, 0.0, -1.0, 0.0, 1.0].map(|y| [S::from(y); 2]).to_vec();
+            points[1][1] += x;
+            let curve = BSplineCurve::new(KnotVector::clamped_uniform(3, 5).unwrap(), points).unwrap();
+            curve.tight_bounding_box().unwrap().lower[1]
+        }
+        let exact = lowest(Dual2_64::from(0.0).derivative());
+        let slope = |x: f64| Ok::<_, SplineError>(lowest(Dual64::new(x, 1.0)).eps);
+        let steps = StepRange { first: 1e-3, levels: 6 };
+        let estimate = finite_difference(slope, 0.0, steps).unwrap();
+        assert!(exact.v2 < -1e-3, "{exact}");
+        assert!((exact.v2 - estimate.value).abs() <= 1e-6 + 10.0 * estimate.error, "{exact} {estimate:?}");
+    }
+
+    #[test]
     fn second_derivatives_are_lifted_too() {
         fn queries<S: Scalar>(x: S) -> [S; 3] {
             let mut points = points(&[S::from(0.0); 12]);
