@@ -3,6 +3,7 @@
 use super::FfdBox;
 use crate::scalar::Scalar;
 use crate::spline::{KnotVector, TensorSpline};
+use num_dual::Dual64;
 
 /// A box prepared for evaluation at many parameters: one polynomial per cell and direction.
 ///
@@ -79,19 +80,11 @@ impl AxisTable {
         value
     }
 
-    /// Basis functions and their derivatives with respect to `s`, by Horner's rule for both: the innermost loop of every
-    /// embedding. A test compares with dual numbers.
+    /// Basis functions and their derivatives with respect to `s`.
     #[inline]
     fn values_and_slopes<const N: usize>(&self, span: usize, s: f64) -> [[f64; N]; 2] {
-        let rows = &self.coefficients[span * N * N..(span + 1) * N * N];
-        let (mut value, mut slope) = ([0.0; N], [0.0; N]);
-        for row in rows.chunks_exact(N) {
-            for j in 0..N {
-                slope[j] = slope[j] * s + value[j];
-                value[j] = value[j] * s + row[j];
-            }
-        }
-        [value, slope]
+        let both = self.values::<Dual64, N>(span, Dual64::new(s, 1.0));
+        [both.map(|v| v.re), both.map(|v| v.eps)]
     }
 }
 
@@ -243,7 +236,6 @@ fn contract<S: Scalar, const N: usize, const D: usize>(block: &[[S; D]], weights
 mod tests {
     use super::*;
     use crate::ffd::Placement;
-    use num_dual::Dual64;
     use proptest::prelude::*;
 
     fn bent(counts: [usize; 2], degrees: [usize; 2]) -> FfdBox<f64> {
