@@ -134,7 +134,7 @@ impl SectionDefinition {
         match self {
             Self::Naca4(naca) => naca.build(parameters),
             Self::Naca5(naca) => naca.build(parameters),
-            Self::Kulfan(kulfan) => kulfan.at(parameters),
+            Self::Kulfan(kulfan) => kulfan.build_listed(parameters),
             Self::Coordinates(coordinates) if parameters.is_empty() => {
                 let section = coordinates.section()?;
                 let points = section.curve().control_points().iter().map(|p| p.map(S::from)).collect();

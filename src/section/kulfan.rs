@@ -147,7 +147,7 @@ impl Kulfan {
     }
 
     /// The section at build parameters as [`parameters`](Self::parameters) lists them.
-    pub(super) fn at<S: Scalar>(&self, parameters: &[S]) -> Result<Section<S>, SectionError> {
+    pub(super) fn build_listed<S: Scalar>(&self, parameters: &[S]) -> Result<Section<S>, SectionError> {
         let split = parameters.split_at_checked(self.upper.len()).and_then(|(upper, rest)| {
             let (lower, gap) = rest.split_at_checked(self.lower.len())?;
             Some((upper, lower, gap))

@@ -131,8 +131,8 @@ impl Naca5 {
             k1: S::from(1.0),
         };
         let printed = CamberLine { m: self.printed.m, ratio: self.printed.ratio, k1: 1.0 };
-        let correction = self.printed.k1 * printed.lift() / PRINTED_LIFT;
-        line.k1 = lift * correction / line.lift();
+        let correction = self.printed.k1 * printed.lift_coefficient() / PRINTED_LIFT;
+        line.k1 = lift * correction / line.lift_coefficient();
         Ok(line)
     }
 }
@@ -165,7 +165,7 @@ impl<S: Scalar> CamberLine<S> {
     }
 
     /// Design lift coefficient `2 ∫ y' cos θ dθ` of thin-airfoil theory, θ from 0 to π with `x = (1 − cos θ)/2`.
-    fn lift(&self) -> S {
+    fn lift_coefficient(&self) -> S {
         self.slope_integral([0.0, 2.0, 0.0])
     }
 
@@ -248,7 +248,7 @@ mod tests {
             let line = theory(naca.reflexed, naca.camber_position).unwrap();
             assert!((line.m - naca.printed.m).abs() < 2e-3, "{digits}: m {} {}", line.m, naca.printed.m);
             assert!((line.ratio - naca.printed.ratio).abs() < 6e-3, "{digits}: {} {:?}", line.ratio, naca.printed);
-            let k1 = PRINTED_LIFT / line.lift();
+            let k1 = PRINTED_LIFT / line.lift_coefficient();
             // 361.4 of the 210 line is the farthest off: 3.1 %
             assert!((k1 / naca.printed.k1 - 1.0).abs() < 0.035, "{digits}: {k1} {}", naca.printed.k1);
             // at the nominal values the printed ones are used
@@ -302,7 +302,7 @@ mod tests {
             lift += 2.0 * slope * angle.cos();
             moment += slope * (angle.cos() - (2.0 * angle).cos());
         }
-        assert!((line.lift() - lift).abs() < 1e-9 && (line.moment() - moment).abs() < 1e-9);
+        assert!((line.lift_coefficient() - lift).abs() < 1e-9 && (line.moment() - moment).abs() < 1e-9);
     }
 
     #[test]
