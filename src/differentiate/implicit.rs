@@ -133,7 +133,8 @@ pub(crate) fn lift<S: Scalar, R: AsRef<[S]>>(
 /// use num_dual::Dual64;
 /// // x + y = p and x y = 2 at p = 3
 /// let p = Dual64::new(3.0, 1.0);
-/// let [x, y] = lift_roots([1.0, 2.0], || [[1.0, 2.0], [1.0, 1.0]], |[x, y]| [x + y - p, x * y - 2.0]).unwrap();
+/// let residual = |[x, y]: [Dual64; 2]| [x + y - p, x * y - 2.0];
+/// let [x, y] = lift_roots([1.0, 2.0], || [[1.0, 2.0], [1.0, 1.0]], residual).unwrap();
 /// assert_eq!((x.re, x.eps, y.re, y.eps), (1.0, -1.0, 2.0, 2.0));
 /// ```
 ///

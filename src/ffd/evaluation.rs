@@ -14,7 +14,7 @@ use num_dual::Dual64;
 /// use aeroform::ffd::{BoxEvaluator, FfdBox, Placement};
 /// let lattice = FfdBox::rectangular([[0.0, 1.0], [0.0, 1.0]], [5, 5], [3, 3], Placement::Greville).unwrap();
 /// let evaluator = BoxEvaluator::new(&lattice);
-/// let mut points = [[0.0; 2]; 2];
+/// let mut points = [[0.0_f64; 2]; 2];
 /// evaluator.evaluate_many(&[[0.25, 0.5], [1.0, 0.0]], &mut points);
 /// assert!((points[0][0] - 0.25).abs() < 1e-15 && (points[1][0] - 1.0).abs() < 1e-15);
 /// ```
