@@ -2,7 +2,6 @@
 
 use super::compressibility::KarmanTsien;
 use super::coupling::response::{FlowResponse, SectionResponse};
-use super::coupling::speeds::value_at;
 use super::coupling::surface::invert;
 use super::coupling::system::{Linearised, Stream, System};
 use super::outline::{Outline, TrailingEdge};
@@ -261,7 +260,7 @@ impl Point<'_> {
         let nose = section.panels.outline.foremost() as f64;
         let (spline, last) = (&section.map.spline, (x.len() - 1) as f64);
         let c = spline.coefficients(&x);
-        let arc = |t: f64| value_at(section, &section.map.arc, t);
+        let arc = |t: f64| section.map.spline.value(&section.map.arc, t);
         let [upper, lower] = self.condition.trips.map(|trip| trip.filter(|&x| x < 1.0));
         [
             upper.map(|x| arc(invert(spline, &c, x, 0.0, nose, -1.0))),
@@ -325,7 +324,7 @@ impl PanelFamily<'_> {
 impl Family for PanelFamily<'_> {
     type Outer = FlowResponse;
     type At = Linearised;
-    type Factors = super::coupling::system::Reduced;
+    type Factors = super::coupling::reduced::Reduced;
     type Equations<'b>
         = System<'b>
     where

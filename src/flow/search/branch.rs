@@ -9,8 +9,9 @@
 //! derivative with respect to the angle is that flow a quarter turn on.
 
 use super::budget::Budget;
+use super::family::{Effort, Equations, Family, Residuals};
+use super::newton;
 use super::place::{Place, temporary_trips};
-use super::{Effort, Equations, Family, Residuals, newton};
 use crate::flow::layer::{Change, Layout, Metric, Unknowns};
 
 /// First, largest and smallest step, in the metric of the usual changes of one Newton step.

@@ -3,8 +3,9 @@
 
 use super::branch::{Parameter, follow};
 use super::budget::Budget;
+use super::family::{Effort, End, Equations, Family};
+use super::newton;
 use super::place::{Place, temporary_trips};
-use super::{Effort, End, Equations, Family, newton};
 use crate::flow::Attempt;
 use crate::flow::layer::transport::resample;
 use crate::flow::layer::{Layout, Unknowns};

@@ -1,6 +1,6 @@
 //! Conditions close to the one wanted, at which the flow is easier to find.
 
-use super::Family;
+use super::family::Family;
 use crate::flow::layer::Side;
 
 /// A condition close to the one wanted.

@@ -4,7 +4,7 @@
 //! (dual numbers of width three) the derivatives to the ends of the panel need only sums over the points, which are
 //! turned into the outer frame once a panel.
 
-use super::{Collected, Lanes};
+use super::reverse::{Collected, Lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::duals::{Dual3, Dual4, gradient};
 use crate::flow::linear::dot;

@@ -3,7 +3,6 @@
 //! Everything here is constant during the Newton iteration: the airfoil part belongs to the section, the wake part
 //! also to the incidence.
 
-use super::speeds::value_at;
 use super::subpanel;
 use super::surface::invert;
 use super::surface_map::SurfaceMap;
@@ -119,8 +118,7 @@ fn pass_on_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
 fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
     let mut result = DMatrix::zeros(values.ncols(), values.nrows() + 2);
     for (j, column) in values.column_iter().enumerate() {
-        let column: Vec<f64> = column.iter().copied().collect();
-        for (k, c) in map.spline.coefficients(&column).into_iter().enumerate() {
+        for (k, c) in map.spline.coefficients(column.as_slice()).into_iter().enumerate() {
             result[(j, k)] = c;
         }
     }
@@ -290,7 +288,10 @@ impl FlowResponse {
         let changes = (1..nodes.len()).filter(|&i| self.inviscid[i - 1] > 0.0 && self.inviscid[i] <= 0.0);
         // without a change of sign (no such flow is known) the march starts from the middle, and Newton's method judges
         let at = changes.max_by(|&a, &b| reach(a).total_cmp(&reach(b))).unwrap_or(nodes.len() / 2) as f64;
-        value_at(section, &section.map.arc, invert(&section.map.spline, &self.inviscid_spline, 0.0, at - 1.0, at, -1.0))
+        section
+            .map
+            .spline
+            .value(&section.map.arc, invert(&section.map.spline, &self.inviscid_spline, 0.0, at - 1.0, at, -1.0))
     }
 
     /// The onset flow at another angle of attack; the wake stays where it is.

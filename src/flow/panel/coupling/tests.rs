@@ -1,7 +1,8 @@
 //! The linearised system against differences, and elimination against the full system.
 
+use super::reduced::Reduced;
 use super::response::{FlowResponse, SectionResponse};
-use super::system::{Reduced, Stream, System};
+use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::panel::outline::Outline;
