@@ -11,7 +11,7 @@ use super::record::{PanelRecord, Sought};
 use crate::flow::FlowError;
 use crate::flow::condition::{Condition, Incidence, Settings};
 use crate::flow::layer::{Layout, Unknowns};
-use crate::flow::search::{self, Effort, End, Equations, Family, newton};
+use crate::flow::search::{self, Effort, End, Family, newton};
 use crate::flow::solution::{Attempt, Solution, Status};
 use crate::flow::solver::{FlowSection, FlowSolver};
 use std::any::Any;

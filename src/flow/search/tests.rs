@@ -4,7 +4,7 @@ use super::branch::{Branch, Parameter, follow};
 use super::budget::Budget;
 use super::ladder::{Ladder, start_of_branch};
 use super::place::Place;
-use super::{Effort, Equations, newton};
+use super::{Effort, newton};
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::panel::testing::{PanelFamily, with_family};
 

@@ -6,7 +6,7 @@ use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::panel::outline::Outline;
-use crate::flow::search::{Equations, Residuals};
+use crate::flow::search::Residuals;
 use crate::flow::testcases::naca_symmetric;
 
 /// Along the Newton step the residuals fall at the rate of their own size: that holds for every equation only if
