@@ -138,10 +138,10 @@ impl PanelledSection {
         PanelSolver { settings: *settings }.check(condition)?;
         settings.check()?;
         let warm = warm.and_then(panel_record).map(|(alpha, record)| (alpha, record.unknowns.clone()));
-        let point = Point { section: self, condition: *condition, settings: *settings };
+        let request = Request { section: self, condition: *condition, settings: *settings };
         Ok(match condition.incidence {
-            Incidence::Alpha(alpha) => point.report(point.at_alpha(alpha, warm.map(|(_, unknowns)| unknowns))),
-            Incidence::Lift(lift) => point.at_lift(lift, warm),
+            Incidence::Alpha(alpha) => request.report(request.at_alpha(alpha, warm.map(|(_, unknowns)| unknowns))),
+            Incidence::Lift(lift) => request.at_lift(lift, warm),
         })
     }
 }
@@ -175,8 +175,8 @@ const WARM_REACH: f64 = 0.1;
 const LIFT_STEPS: usize = 20;
 const LIFT_REACH: f64 = 0.05;
 
-/// One operating point of a section.
-struct Point<'a> {
+/// One flow that is asked for.
+struct Request<'a> {
     section: &'a PanelledSection,
     condition: Condition,
     settings: Settings,
@@ -191,7 +191,7 @@ struct Ended {
     converged: bool,
 }
 
-impl Point<'_> {
+impl Request<'_> {
     fn at_alpha(&self, alpha: f64, warm: Option<Unknowns>) -> Ended {
         let Self { section, settings, .. } = self;
         let response = &section.response;

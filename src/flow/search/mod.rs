@@ -3,7 +3,7 @@
 //! [`Equations`] is what Newton's method ([`newton`], with [`chord`] near the solution) asks of a flow: residuals, their
 //! linearisation, solutions of the linearised system. [`Family`] gives such equations at neighbouring conditions and on
 //! other numbers of stations; the [`ladder`] tries these, cheapest first, and follows [branches](branch) of solutions from
-//! [places](place) where the flow is easier to find, within a [`budget`].
+//! [neighbours](neighbour) where the flow is easier to find, within a [`budget`].
 //!
 //! Depends on the [`layer`](super::layer), whose stations it moves, and knows no outer flow.
 
@@ -12,8 +12,8 @@ mod budget;
 mod chord;
 mod family;
 mod ladder;
+mod neighbour;
 pub(crate) mod newton;
-mod place;
 #[cfg(test)]
 mod tests;
 

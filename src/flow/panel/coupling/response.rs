@@ -14,6 +14,7 @@ use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_lengths};
 use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::wake;
+use crate::plane::distance;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -284,7 +285,7 @@ impl FlowResponse {
     pub fn stagnation(&self, section: &SectionResponse) -> f64 {
         let nodes = &section.panels.outline.nodes;
         let edge = section.edge_frame().middle;
-        let reach = |i: usize| (nodes[i][0] - edge[0]).hypot(nodes[i][1] - edge[1]);
+        let reach = |i: usize| distance(nodes[i], edge);
         let changes = (1..nodes.len()).filter(|&i| self.inviscid[i - 1] > 0.0 && self.inviscid[i] <= 0.0);
         // without a change of sign (no such flow is known) the march starts from the middle, and Newton's method judges
         let at = changes.max_by(|&a, &b| reach(a).total_cmp(&reach(b))).unwrap_or(nodes.len() / 2) as f64;
@@ -384,7 +385,7 @@ fn surface_to_wake(
         let along = |v: [f64; 2]| along(k, v);
         if outline.trailing_edge == TrailingEdge::Blunt {
             let panel = outline.panel(n - 1);
-            let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);
+            let length = distance(panel[0], panel[1]);
             let v = velocity_influence(panel, wake_nodes[k], Place::Elsewhere);
             let per_speed = ((along(v.vortex[0]) + along(v.vortex[1])) * frame.vortex
                 + (along(v.source[0]) + along(v.source[1])) * frame.source)
