@@ -12,6 +12,11 @@ mod surface;
 mod velocity;
 mod wake;
 
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+
 use super::compressibility::PanelEdge;
 use super::coupling::response::{FlowResponse, SectionResponse, smooth, smooth_columns, wake_strength_matrix};
 use super::coupling::speeds::{node_strengths, per_rate};

@@ -212,3 +212,6 @@ fn add_projection(reverse: &Reverse, t: &[f64], mass: &[f64], result: &mut AtPoi
         });
     }
 }
+
+#[cfg(test)]
+mod tests;
