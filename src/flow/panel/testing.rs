@@ -30,14 +30,16 @@ pub(crate) fn with_family<R>(
     work(&PanelFamily { section: &section, flow: &flow, layout: &layout, stream, settings: Settings::default() })
 }
 
-/// A cambered section with a blunt edge and one with a sharp edge, tripped on the upper side, free on the lower one.
-static SOLUTIONS: LazyLock<[Solution; 2]> = LazyLock::new(|| ["naca4412", "naca4412:sharp"].map(cambered));
+/// A cambered section with a blunt edge, tripped on the lower side, where transition on the upper one is free; and one with
+/// a sharp edge, tripped on the upper side, where the lower one is laminar up to the edge.
+static SOLUTIONS: LazyLock<[Solution; 2]> =
+    LazyLock::new(|| [cambered("naca4412", [None, Some(0.4)]), cambered("naca4412:sharp", [Some(0.15), None])]);
 
-fn cambered(name: &str) -> Solution {
+fn cambered(name: &str, trips: [Option<f64>; 2]) -> Solution {
     let section = SectionDefinition::parse(name).unwrap().section().unwrap();
     let nodes: Vec<_> = panel_parameters(&section, 61).iter().map(|&u| section.curve().point_at(u)).collect();
     let settings = Settings { laminar_stations: 24, turbulent_stations: 20, tolerance: 1e-11, ..Settings::default() };
-    let condition = Condition { mach: 0.3, trips: [Some(0.15), None], ..Condition::new(Incidence::Alpha(0.05), 1e6) };
+    let condition = Condition { mach: 0.3, trips, ..Condition::new(Incidence::Alpha(0.05), 1e6) };
     let solution = PanelledSection::new(&nodes, section.trailing_edge()).unwrap();
     let solution = solution.analyze(&condition, &settings, None).unwrap();
     assert!(solution.is_reliable(), "{}", solution.status);

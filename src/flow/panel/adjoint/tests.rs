@@ -6,11 +6,14 @@ use super::testing::{Sums, at_solutions};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::layer::Derived;
 use crate::flow::panel::compressibility::PanelEdge;
+use crate::flow::panel::coupling::response::smooth;
 use crate::flow::panel::coupling::speeds::{EdgeSpeeds, Positions, node_strengths};
 use crate::flow::panel::coupling::surface::combine_real;
 use crate::flow::panel::coupling::system::{mass_defect, signed};
 use crate::flow::panel::outline::balance;
+use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, assert_same, moving, wave};
+use nalgebra::{DMatrix, DVector};
 
 #[test]
 fn the_gas_adds_the_change_of_the_equations_and_of_the_defects() {
@@ -86,7 +89,7 @@ fn strengths_act_on_the_outputs_and_on_the_speeds_of_the_edge_equations() {
         let coefficients = section.map.spline.coefficients(&change);
         let along = reverse.at.positions.index.iter();
         let points: Vec<f64> = along.map(|t| combine_real(&section.map.spline.weights(t.re), &coefficients)).collect();
-        let wake = &flow.wake_by_strength * nalgebra::DVector::from_column_slice(&change);
+        let wake = &flow.wake_by_strength * DVector::from_column_slice(&change);
         for o in 0..COEFFICIENTS {
             let [own, found, at_points, at_wake] = [
                 &direct.as_ref().to_array()[o].strengths,
@@ -101,34 +104,74 @@ fn strengths_act_on_the_outputs_and_on_the_speeds_of_the_edge_equations() {
     });
 }
 
-/// Changes of the strengths at the nodes and of the speeds along surface and wake with the defects of all stations, which
-/// change by `change`. All are straight functions of the defects.
 #[test]
-fn defects_act_on_the_outputs_through_the_strengths_and_on_the_speeds_of_the_edge_equations() {
-    at_solutions(|solved, reverse, direct| {
-        let (section, flow, at) = (reverse.section, reverse.flow, reverse.at);
-        let positions = Positions::<f64>::new(solved.system.layer.layout, section, solved.unknowns);
-        let change = list(2, at.numbering.stations());
-        let [none, changed] = [0.0, 1.0].map(|factor| {
-            let mass: Vec<f64> = change.iter().map(|change| factor * change).collect();
-            let (points, wake) = signed(&mass, &at.numbering);
-            let speeds = EdgeSpeeds::new(section, flow, &positions, &points, &wake);
-            let strengths = node_strengths(section, flow, &speeds.node_mass, &wake);
-            [speeds.points, speeds.wake, strengths]
-        });
-        let [points, wake, strengths] = std::array::from_fn(|q| -> Vec<f64> {
-            changed[q].iter().zip(&none[q]).map(|(changed, none)| changed - none).collect()
-        });
+fn defects_at_the_nodes_act_on_the_outputs_and_on_the_speeds_of_the_edge_equations() {
+    at_solutions(|_, reverse, direct| {
+        let (section, flow) = (reverse.section, reverse.flow);
+        let change = list(3, section.len());
+        let columns = |matrix: &DMatrix<f64>| -> Vec<f64> {
+            matrix.column_iter().map(|column| product(column.as_slice(), &change)[0]).collect()
+        };
+        let mut smoothed = change.clone();
+        smooth(&mut smoothed);
+        let strengths = &section.nodes * DVector::from_vec(smoothed);
+        let (strength, wall) = (section.map.spline.coefficients(strengths.as_slice()), columns(&section.wall));
+        let wake = columns(&flow.wake_by_nodes);
+        let last = reverse.at.positions.index.len() - 1;
+        let speed = |(p, t): (usize, f64)| {
+            let weights = section.map.spline.weights(t);
+            let panels: f64 = combine_real(&weights, &strength);
+            if p == 0 || p == last { panels } else { panels - combine_real(&weights, &wall) / section.map.rate(t) }
+        };
+        let points: Vec<f64> = reverse.at.positions.index.iter().map(|t| t.re).enumerate().map(speed).collect();
         for o in 0..COEFFICIENTS {
             let [own, found, at_points, at_wake] = [
                 &direct.as_ref().to_array()[o].strengths,
-                reverse.mass.as_ref().to_array()[o],
+                reverse.node_mass.as_ref().to_array()[o],
                 reverse.point_weights.as_ref().to_array()[o],
                 reverse.wake_weights.as_ref().to_array()[o],
             ];
-            let [expected, scale] =
-                total(&[product(own, &strengths), product(at_points, &points), product(at_wake, &wake)]);
-            assert_same("defects", product(found, &change)[0], expected, scale);
+            let strengths = product(own, strengths.as_slice());
+            let [expected, scale] = total(&[strengths, product(at_points, &points), product(at_wake, &wake)]);
+            assert_same("defects at the nodes", product(found, &change)[0], expected, scale);
+        }
+    });
+}
+
+/// Changes of the speeds along surface and wake and of the strengths at the nodes with the defects of all stations, which
+/// change by `change`. All are straight functions of the defects.
+fn by_defects(solved: &Solved, change: &[f64]) -> [Vec<f64>; 3] {
+    let (section, flow, numbering) = (solved.system.section, solved.system.flow, &solved.at.numbering);
+    let positions = Positions::<f64>::new(solved.system.layer.layout, section, solved.unknowns);
+    let [none, changed] = [0.0, 1.0].map(|factor| {
+        let mass: Vec<f64> = change.iter().map(|change| factor * change).collect();
+        let (points, wake) = signed(&mass, numbering);
+        let speeds = EdgeSpeeds::new(section, flow, &positions, &points, &wake);
+        let strengths = node_strengths(section, flow, &speeds.node_mass, &wake);
+        [speeds.points, speeds.wake, strengths]
+    });
+    std::array::from_fn(|q| changed[q].iter().zip(&none[q]).map(|(changed, none)| changed - none).collect())
+}
+
+#[test]
+fn defects_of_stations_act_on_the_outputs_through_the_strengths_and_on_the_speeds_of_the_edge_equations() {
+    at_solutions(|solved, reverse, direct| {
+        let (stations, first) = (reverse.at.numbering.stations(), reverse.at.numbering.wake_start());
+        for range in [0..first, first..stations] {
+            let mut change = list(2, stations);
+            (0..stations).filter(|k| !range.contains(k)).for_each(|k| change[k] = 0.0);
+            let [points, wake, strengths] = by_defects(solved, &change);
+            for o in 0..COEFFICIENTS {
+                let [own, found, at_points, at_wake] = [
+                    &direct.as_ref().to_array()[o].strengths,
+                    reverse.mass.as_ref().to_array()[o],
+                    reverse.point_weights.as_ref().to_array()[o],
+                    reverse.wake_weights.as_ref().to_array()[o],
+                ];
+                let strengths = product(own, &strengths);
+                let [expected, scale] = total(&[strengths, product(at_points, &points), product(at_wake, &wake)]);
+                assert_same("defects", product(found, &change)[0], expected, scale);
+            }
         }
     });
 }

@@ -179,8 +179,12 @@ fn a_trip_adds_how_it_moves_along_the_arc() {
         }
         for direction in Direction::several(outline) {
             let nodes = direction.moved(&outline.nodes);
-            let trip = moving_trip(solved, reverse, Side::Upper, &nodes).unwrap();
-            let weight = reverse.multipliers.transition[0] * -reverse.at.transition[0].eps[BY_TRIP];
+            let (side, trip) = Side::BOTH
+                .into_iter()
+                .find_map(|side| Some((side, moving_trip(solved, reverse, side, &nodes)?)))
+                .unwrap();
+            let weight =
+                reverse.multipliers.transition[side.index()] * -reverse.at.transition[side.index()].eps[BY_TRIP];
             let mut sums = Sums::zero().over(&collected, &direction);
             for (by_arc, arc) in by_arc.iter().zip(moving_arc(reverse, &nodes)) {
                 sums.add(by_arc, arc.v1);
