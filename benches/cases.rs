@@ -1,6 +1,6 @@
 //! The cases the benches run: the paper's shape match with finer boxes.
 
-use aeroform::design::Case;
+use aeroform::case::Case;
 use std::path::Path;
 
 /// The text of the shape match NACA 0012 to NACA 8416 with a cubic box of `n` × `n` control points: 2 n² variables.

@@ -50,7 +50,7 @@ fn run(name: &str, repetitions: usize) -> Option<()> {
         }
         "l2_value_32" | "l2_value_512" | "l2_evaluate_32" | "l2_evaluate_512" | "l2_hessian_32" => {
             let mut problem = cases::open(if name.ends_with("512") { 16 } else { 4 }, "lbfgs").problem;
-            let x = cases::shaken(problem.start());
+            let x = cases::shaken(&problem.description().start);
             match name.split('_').nth(1)? {
                 "value" => repeat(&mut || drop(black_box(problem.objective(black_box(&x))))),
                 "evaluate" => repeat(&mut || drop(black_box(problem.evaluate(black_box(&x))))),
@@ -60,7 +60,7 @@ fn run(name: &str, repetitions: usize) -> Option<()> {
         "l2_match_lbfgs" | "l2_match_newton" => {
             let name = name.rsplit('_').next()?;
             let case = cases::open(4, name);
-            let method = Method::from_name(name)?;
+            let method = Method::from_name(name).ok()?;
             repeat(&mut || {
                 let outcome = method.minimize(&mut case.problem.clone(), &mut |_| ControlFlow::Continue(()));
                 drop(black_box(outcome));
@@ -72,7 +72,7 @@ fn run(name: &str, repetitions: usize) -> Option<()> {
         }),
         "check_gradients_32" => {
             let mut problem = cases::open(4, "lbfgs").problem;
-            let x = problem.unscaled(&cases::shaken(problem.start()));
+            let x = problem.unscaled(&cases::shaken(&problem.description().start));
             repeat(&mut || drop(black_box(check_gradients(&mut problem, black_box(&x)))));
         }
         "flow_cold_point" => {

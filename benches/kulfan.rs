@@ -1,7 +1,7 @@
 //! The whole drag minimisation of the case `kulfan-5x5` (38 variables, a viscous flow an evaluation).
 
-use aeroform::design::Case;
-use aeroform::optimize::{Optimizer, Sqp, Status};
+use aeroform::case::Case;
+use aeroform::optimize::{Optimizer, Sqp, Termination};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::ops::ControlFlow;
 
@@ -15,7 +15,7 @@ fn kulfan(c: &mut Criterion) {
             || case.problem.clone(),
             |mut problem| {
                 let outcome = method.minimize(&mut problem, &mut |_| ControlFlow::Continue(())).expect("a fit problem");
-                assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+                assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
                 outcome
             },
             BatchSize::SmallInput,

@@ -32,7 +32,7 @@ fn l2_gradient(c: &mut Criterion) {
     let mut ratios = Vec::new();
     for n in [4, 8, 16] {
         let mut problem = cases::open(n, "lbfgs").problem;
-        let x = cases::shaken(problem.start());
+        let x = cases::shaken(&problem.description().start);
         let variables = x.len();
         group.bench_function(BenchmarkId::new("value", variables), |b| b.iter(|| value(&mut problem, black_box(&x))));
         group.bench_function(BenchmarkId::new("value and gradient", variables), |b| {

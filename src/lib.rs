@@ -32,7 +32,8 @@
 //! ```
 //!
 //! Modules stand in the order in which data flows; a module uses those above it, never those below. A whole problem
-//! comes from a case file: see [`design::Case`]. The command `aeroform` is [`cli`] (feature `command`, on by default).
+//! comes from a case file: see [`case::Case`]. The command `aeroform` is the module `cli` (feature `command`, on by
+//! default); figures have a feature of their own, `figures`.
 
 pub mod differentiate;
 pub mod scalar;
@@ -48,6 +49,8 @@ pub mod flow;
 pub mod design;
 
 pub mod optimize;
+
+pub mod case;
 
 pub mod cad;
 

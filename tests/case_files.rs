@@ -1,6 +1,7 @@
 //! Case files under fire: whatever the text, an error or a case, never a panic.
 
-use aeroform::design::{Case, DesignError, builtin_cases};
+use aeroform::case::{Case, builtin_cases};
+use aeroform::design::DesignError;
 use proptest::prelude::*;
 use std::path::Path;
 

@@ -1,35 +1,10 @@
 //! The command as a user runs it.
 
+mod common;
+
+use common::{aeroform, folder, json, refused, text};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn aeroform(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_aeroform")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output.stdout)))
-}
-
-/// Exit status 2, the words on standard error, nothing on standard output, no panic.
-fn refused(output: &Output, words: &[&str]) {
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(output.stdout.is_empty());
-    assert!(!message.contains("panicked"), "{message}");
-    for word in words {
-        assert!(message.contains(word), "{message} lacks {word}");
-    }
-}
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
-}
+use std::path::PathBuf;
 
 fn files(path: PathBuf) -> Vec<String> {
     let mut names: Vec<String> =
@@ -188,6 +163,45 @@ fn flow_tables_are_checked() {
     let none = include_str!("../validation/cases/l2-match.toml").replace("fold_penalty = 1.0", "cd = 1.0");
     fs::write(folder.path().join("case.toml"), none).unwrap();
     refused(&aeroform(&["run", "case.toml"], folder.path()), &["[flow]"]);
+}
+
+#[test]
+fn a_quantity_is_constrained_once_whatever_it_is_called() {
+    let folder = folder();
+    let good = include_str!("../validation/cases/multipoint.toml");
+    let last = "fold_indicator = { min = 0.4 }\n";
+    let line = 2 + good[..good.find(last).unwrap()].lines().count();
+    for (again, quantity, earlier) in [
+        ("\"cm_at(cruise)\"", "cm_at(cruise)", "cm at cruise"),
+        ("\"cm_at( cruise )\"", "cm_at(cruise)", "cm at cruise"),
+        ("cm", "cm_at(cruise)", "cm at cruise"),
+        ("\"thickness_at(0.70)\"", "thickness_at(0.7)", "thickness at 0.7"),
+    ] {
+        let text = good.replacen(last, &format!("{last}{again} = {{ max = 1.0 }}\n"), 1);
+        fs::write(folder.path().join("case.toml"), &text).unwrap();
+        let place = format!("case.toml:{line}: constraints.");
+        for command in ["run", "evaluate"] {
+            let output = aeroform(&[command, "case.toml"], folder.path());
+            refused(&output, &[&place, &format!("{quantity} is constrained by {earlier:?} already")]);
+        }
+    }
+}
+
+#[test]
+fn every_constraint_is_in_the_result_under_one_spelling() {
+    let folder = folder();
+    let case = text(&aeroform(&["cases", "multipoint"], folder.path()).stdout)
+        .replacen("[constraints]\n", "[constraints]\n\"cd at cruise\" = { max = 1.0 }\ncl = { max = 9.0 }\n", 1)
+        .replacen("[optimizer]\n", "[optimizer]\nmax_evaluations = 1\n", 1);
+    fs::write(folder.path().join("case.toml"), case).unwrap();
+    let result = json(&aeroform(&["run", "case.toml", "--json"], folder.path()));
+    let constraints = result["constraints"].as_object().unwrap();
+    for name in ["cd_at(cruise)", "cl_at(slow)", "cl_at(cruise)", "cl_at(dash)"] {
+        assert!(constraints.contains_key(name) && result["values"].get(name).is_some(), "{name}: {result}");
+    }
+    assert!(constraints.keys().all(|name| !name.contains(" at ")), "{result}");
+    let history = fs::read_to_string(folder.path().join("out/multipoint/history.csv")).unwrap();
+    assert!(history.lines().next().unwrap().contains(",cd_at(cruise),"));
 }
 
 #[test]

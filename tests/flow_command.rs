@@ -1,15 +1,8 @@
 //! `aeroform analyze` and `aeroform polar` as a user runs them.
 
-use std::process::{Command, Output};
+mod common;
 
-fn aeroform(arguments: &[&str], folder: &std::path::Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_aeroform")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&output.stderr)))
-}
+use common::{aeroform, json};
 
 #[test]
 fn a_point_has_coefficients_gradients_and_files() {

@@ -3,7 +3,8 @@
 use crate::Failure;
 use crate::random::Random;
 use crate::sheet::Sheet;
-use aeroform::design::{Case, DerivativeCheck, DesignProblem, check_gradients};
+use aeroform::case::Case;
+use aeroform::design::{DerivativeCheck, DesignProblem, check_gradients};
 use aeroform::differentiate::{StepRange, finite_difference_jacobian};
 use aeroform::report::{Align, Table};
 use aeroform::section::Measure;

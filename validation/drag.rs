@@ -2,9 +2,10 @@
 
 use crate::Failure;
 use crate::sheet::Sheet;
-use aeroform::design::{AnalysisFailure, Bounds, Case, DesignProblem, Evaluation, Problem, check_gradients};
+use aeroform::case::Case;
+use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription, check_gradients};
 use aeroform::flow::{Condition, Incidence, Settings, analyze, panel_parameters};
-use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Status};
+use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Termination};
 use aeroform::report::{Align, Table};
 use aeroform::section::SectionDefinition;
 use nalgebra::DMatrix;
@@ -35,7 +36,7 @@ fn minimise(problem: &mut dyn Problem, limits: Limits) -> Result<Outcome, Failur
 }
 
 fn value(problem: &DesignProblem, outcome: &Outcome, name: &str) -> f64 {
-    let place = problem.value_names().iter().position(|n| n == name);
+    let place = problem.description().value_names.iter().position(|n| n == name);
     let values = outcome.evaluation.as_ref().map(|e| &e.values);
     place.and_then(|k| values.and_then(|v| v.get(k).copied())).unwrap_or(f64::NAN)
 }
@@ -92,7 +93,7 @@ fn paper() -> Result<Sheet, Failure> {
         let shown = |v: f64| if v.is_nan() { "-".into() } else { format!("{v:.4}") };
         figures.row([
             name.to_owned(),
-            problem.variable_names().len().to_string(),
+            problem.description().variable_names.len().to_string(),
             outcome.iterations.to_string(),
             published.iterations.to_string(),
             outcome.evaluations.to_string(),
@@ -105,7 +106,7 @@ fn paper() -> Result<Sheet, Failure> {
             format!("{:.2}", outcome.seconds),
             outcome.status.to_string(),
         ]);
-        sheet.statement(&format!("{name}: converged"), true, outcome.status == Status::Converged);
+        sheet.statement(&format!("{name}: converged"), true, outcome.status == Termination::Converged);
         sheet.at_most(&format!("{name}: KKT residual"), 1e-6, outcome.kkt_residual);
         sheet.at_most(&format!("{name}: violation"), 1e-10, outcome.violation);
         sheet.count_at_most(&format!("{name}: iterations"), 40, Some(outcome.iterations));
@@ -140,23 +141,8 @@ struct Differenced {
 const STEP: f64 = 1e-4;
 
 impl Problem for Differenced {
-    fn variable_names(&self) -> &[String] {
-        self.problem.variable_names()
-    }
-    fn start(&self) -> &[f64] {
-        self.problem.start()
-    }
-    fn variable_bounds(&self) -> &[Bounds] {
-        self.problem.variable_bounds()
-    }
-    fn constraint_names(&self) -> &[String] {
-        self.problem.constraint_names()
-    }
-    fn constraint_bounds(&self) -> &[Bounds] {
-        self.problem.constraint_bounds()
-    }
-    fn value_names(&self) -> &[String] {
-        self.problem.value_names()
+    fn description(&self) -> &ProblemDescription {
+        self.problem.description()
     }
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         let mut here = self.problem.evaluate(x)?;
@@ -201,7 +187,8 @@ fn differences() -> Result<Sheet, Failure> {
     // how good the other's design is, by exact gradients
     let mut judge = problem.clone();
     let limits = Limits { evaluations: 1, iterations: 1 };
-    let mut started = Started { problem: &mut judge, start: by_differences.x.clone() };
+    let description = ProblemDescription { start: by_differences.x.clone(), ..judge.description().clone() };
+    let mut started = Started { problem: &mut judge, description };
     let residual = minimise(&mut started, limits)?.kkt_residual;
     let rows = [
         ("exact", &by_exact, by_exact.evaluations, by_exact.kkt_residual),
@@ -218,7 +205,7 @@ fn differences() -> Result<Sheet, Failure> {
             outcome.status.to_string(),
         ]);
     }
-    sheet.statement("exact gradients converge", true, by_exact.status == Status::Converged);
+    sheet.statement("exact gradients converge", true, by_exact.status == Termination::Converged);
     let [with, without] = [by_exact.evaluations, differenced.analyses];
     sheet.at_most("flow solutions, exact over differences", 1.0, with as f64 / without as f64);
     let [with, without] = [&by_exact, &by_differences].map(|o| value(&problem, o, "cd"));
@@ -230,27 +217,12 @@ fn differences() -> Result<Sheet, Failure> {
 /// A problem with another start.
 struct Started<'a> {
     problem: &'a mut DesignProblem,
-    start: Vec<f64>,
+    description: ProblemDescription,
 }
 
 impl Problem for Started<'_> {
-    fn variable_names(&self) -> &[String] {
-        self.problem.variable_names()
-    }
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-    fn variable_bounds(&self) -> &[Bounds] {
-        self.problem.variable_bounds()
-    }
-    fn constraint_names(&self) -> &[String] {
-        self.problem.constraint_names()
-    }
-    fn constraint_bounds(&self) -> &[Bounds] {
-        self.problem.constraint_bounds()
-    }
-    fn value_names(&self) -> &[String] {
-        self.problem.value_names()
+    fn description(&self) -> &ProblemDescription {
+        &self.description
     }
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         self.problem.evaluate(x)

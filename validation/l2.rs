@@ -2,8 +2,8 @@
 
 use crate::Failure;
 use crate::sheet::Sheet;
-use aeroform::design::{Case, OptimizerSettings};
-use aeroform::optimize::{History, Method, Optimizer, Outcome};
+use aeroform::case::Case;
+use aeroform::optimize::{History, Method, Outcome};
 use aeroform::report::{Align, Table};
 use std::ops::ControlFlow;
 
@@ -41,32 +41,25 @@ struct Run {
 
 fn run(name: &str, method_name: &str) -> Result<Run, Failure> {
     let mut case = Case::open(name)?;
-    let method = method(method_name, &case.optimizer)?;
+    // the method's own tolerances, under the limits of the case
+    let limits = *case.method.limits_mut();
+    case.method = Method::from_name(method_name)?;
+    *case.method.limits_mut() = limits;
     let mut history = History::new(&case.problem);
-    let outcome = method.minimize(&mut case.problem, &mut |progress| {
+    let end = case.run(&mut |progress| {
         history.record(progress);
         ControlFlow::Continue(())
     })?;
     let objectives = history.objectives();
-    let shape = case.problem.shape(&case.problem.unscaled(&outcome.x))?;
-    let fold = case.problem.fold_report(&shape).ok_or("a case without a box")?;
+    let fold = end.fold.ok_or("a case without a box")?;
     Ok(Run {
-        objective: outcome.evaluation.as_ref().map_or(f64::NAN, |e| e.objective),
+        objective: end.outcome.evaluation.as_ref().map_or(f64::NAN, |e| e.objective),
         passed: LEVELS.map(|level| objectives.iter().position(|o| *o <= level).map(|i| i + 1)),
         indicator: fold.smallest_indicator,
         folded: fold.folded,
-        crossing: shape.section.self_intersection().is_some(),
-        outcome,
+        crossing: end.shape.section.self_intersection().is_some(),
+        outcome: end.outcome,
     })
-}
-
-/// The method with the limits of the case, but never less than it needs to converge.
-fn method(name: &str, settings: &OptimizerSettings) -> Result<Method, Failure> {
-    let mut method = Method::from_name(name).ok_or("unknown method")?;
-    let limits = method.limits_mut();
-    limits.evaluations = settings.max_evaluations.unwrap_or(limits.evaluations);
-    limits.iterations = usize::MAX;
-    Ok(method)
 }
 
 pub fn sheets() -> Result<Vec<Sheet>, Failure> {

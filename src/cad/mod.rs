@@ -49,7 +49,7 @@ pub enum CadError {
     Name {
         /// Position of the character.
         index: usize,
-        /// The character.
+        /// The character that cannot be written.
         character: char,
     },
 }

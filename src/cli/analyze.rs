@@ -1,9 +1,10 @@
 //! `aeroform analyze`: one operating point of a section.
 
-use super::operating_point::{PointArguments, panelled};
-use super::{Failure, figures, print, print_json};
+use super::flow_arguments::{FlowArguments, panelled};
+use super::{Failure, figures, pretty, print, print_json};
 use crate::flow::{Derivatives, InviscidSolution, Settings, Solution};
 use crate::report::OutputDirectory;
+use crate::report::json::{AnalysisReport, InviscidReport};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -12,7 +13,7 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 pub(super) struct AnalyzeArguments {
     #[command(flatten)]
-    point: PointArguments,
+    point: FlowArguments,
     /// Angle of attack in degrees
     #[arg(long, allow_negative_numbers = true, required_unless_present = "cl", conflicts_with = "cl")]
     alpha: Option<f64>,
@@ -49,7 +50,8 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     }
     let solution = section.analyze(&condition, &Settings::default(), None).map_err(input)?;
     let seconds = begin.elapsed().as_secs_f64();
-    let mut result = as_json(&solution, seconds);
+    let report = serde_json::to_value(AnalysisReport::new(&solution, seconds));
+    let mut result = report.map_err(|e| Failure::Computation(e.to_string()))?;
     if arguments.gradients {
         result["gradients"] = gradients_json(&solution);
         result["nodes"] = json!(nodes);
@@ -58,7 +60,7 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
         let title = title(arguments, &solution);
         let files = [
-            ("result.json", serde_json::to_string_pretty(&result).map_err(|e| failed(&e))? + "\n"),
+            ("result.json", pretty(&result)?),
             ("pressure.svg", figures::pressure(&nodes, &solution, &title).map_err(|e| failed(&e))?),
             ("section.svg", figures::displacement(&nodes, &solution, &title).map_err(|e| failed(&e))?),
             ("boundary_layer.csv", boundary_layer_csv(&solution)),
@@ -87,32 +89,6 @@ fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
         solution.coefficients.cl,
         solution.coefficients.cd
     )
-}
-
-/// The result of a point; coefficients of a solution that does not hold are `null`.
-pub(super) fn as_json(solution: &Solution, seconds: f64) -> Value {
-    let condition = solution.condition;
-    let reliable = solution.is_reliable();
-    let number = |value: f64| if reliable { json!(value) } else { Value::Null };
-    json!({
-        "converged": reliable,
-        "status": solution.status.to_string(),
-        "residual": solution.residual,
-        "iterations": solution.iterations,
-        "attempts": solution.attempts,
-        "alpha": solution.alpha.to_degrees(),
-        "mach": condition.mach,
-        "reynolds": condition.reynolds,
-        "cl": number(solution.coefficients.cl),
-        "cd": number(solution.coefficients.cd),
-        "cd_pressure": number(solution.cd_pressure),
-        "cd_friction": number(solution.cd_friction),
-        "cm": number(solution.coefficients.cm),
-        "transition_upper": number(solution.coefficients.transition[0]),
-        "transition_lower": number(solution.coefficients.transition[1]),
-        "cp_min": number(solution.coefficients.cp_min),
-        "seconds": seconds,
-    })
 }
 
 fn gradients_json(solution: &Solution) -> Value {
@@ -191,15 +167,12 @@ fn inviscid(
     directory: Option<&OutputDirectory>,
     seconds: f64,
 ) -> Result<(), Failure> {
-    let result = json!({
-        "converged": true, "alpha": solution.alpha.to_degrees(), "mach": arguments.point.mach,
-        "cl": solution.cl, "cm": solution.cm, "cp_min": solution.cp_min, "seconds": seconds,
-    });
+    let result = InviscidReport::new(solution, arguments.point.mach, seconds);
     if let Some(directory) = directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
         let title = format!("{}: inviscid, CL {:.4}", arguments.point.name(), solution.cl);
         let files = [
-            ("result.json", serde_json::to_string_pretty(&result).map_err(|e| failed(&e))? + "\n"),
+            ("result.json", pretty(&result)?),
             ("pressure.svg", figures::inviscid_pressure(nodes, solution, &title).map_err(|e| failed(&e))?),
         ];
         directory.write_all(files).map_err(|e| failed(&e))?;

@@ -1,8 +1,8 @@
 //! `aeroform cases`: the built-in cases.
 
 use super::{Failure, print, print_json};
-use crate::design::{Case, builtin_cases};
-use serde_json::json;
+use crate::case::{Case, builtin_cases};
+use crate::report::json::{CaseEntry, CaseList};
 
 /// Arguments of `aeroform cases`.
 #[derive(Debug, clap::Args)]
@@ -20,24 +20,17 @@ pub(super) fn run(arguments: &CasesArguments) -> Result<(), Failure> {
         let missing = || Failure::Input(format!("there is no built-in case {name:?}; see `aeroform cases`"));
         return print(case.ok_or_else(missing)?.text);
     }
-    let mut list = Vec::new();
+    let mut cases = Vec::new();
     for builtin in builtin_cases() {
         let case = Case::open(builtin.name)?;
-        list.push((case.name, case.description, case.problem.geometry().variables().len()));
+        let variables = case.problem.geometry().variables().len();
+        cases.push(CaseEntry { name: case.name, description: case.description, variables });
     }
     if arguments.json {
-        let cases: Vec<_> = list
-            .iter()
-            .map(|(name, description, variables)| {
-                json!({ "name": name, "description": description, "variables": variables })
-            })
-            .collect();
-        return print_json(&json!({ "cases": cases }));
+        return print_json(&CaseList { cases });
     }
-    let width = list.iter().map(|(name, ..)| name.len()).max().unwrap_or(0);
-    let lines: String = list
-        .iter()
-        .map(|(name, description, variables)| format!("{name:width$}  {variables:4} variables  {description}\n"))
-        .collect();
-    print(&lines)
+    let width = cases.iter().map(|case| case.name.len()).max().unwrap_or(0);
+    let line =
+        |case: &CaseEntry| format!("{:width$}  {:4} variables  {}\n", case.name, case.variables, case.description);
+    print(&cases.iter().map(line).collect::<String>())
 }

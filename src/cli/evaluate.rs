@@ -1,8 +1,8 @@
 //! `aeroform evaluate`: one evaluation of a case, for outside optimisers and scripts.
 
 use super::{Failure, design_vector, print, print_json};
-use crate::design::{Case, DesignError, DesignProblem, Quantity};
-use serde_json::{Map, Value, json};
+use crate::case::Case;
+use crate::report::json::{EvaluationReport, Named};
 
 /// Arguments of `aeroform evaluate`.
 #[derive(Debug, clap::Args)]
@@ -22,49 +22,27 @@ pub(super) struct EvaluateArguments {
 
 pub(super) fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut case = Case::open(&arguments.case)?;
-    let values = design_vector::read(&case.problem, arguments.at.as_deref())?;
-    let result = evaluate(&mut case.problem, &values, arguments.gradients)
-        .map_err(|e| Failure::Computation(format!("{}: no value at this design: {e}", case.name)))?;
-    if arguments.json { print_json(&result) } else { print(&as_text(&result)) }
+    let variables = design_vector::read(&case, arguments.at.as_deref())?;
+    let evaluation =
+        if arguments.gradients { case.evaluate_with_gradients(&variables) } else { case.evaluate(&variables) };
+    let evaluation =
+        evaluation.map_err(|e| Failure::Computation(format!("{}: no value at this design: {e}", case.name)))?;
+    let report = EvaluationReport::new(&case, &evaluation);
+    if arguments.json { print_json(&report) } else { print(&as_text(&report)) }
 }
 
-fn evaluate(problem: &mut DesignProblem, variables: &[f64], gradients: bool) -> Result<Value, DesignError> {
-    let names: Vec<String> = problem.quantities().iter().map(Quantity::name).collect();
-    let with_gradients = if gradients { Some(problem.gradients(variables)?) } else { None };
-    let values: Vec<f64> = match &with_gradients {
-        Some(pairs) => pairs.iter().map(|(value, _)| *value).collect(),
-        None => problem.quantities_at(variables)?,
-    };
-    let objective: f64 = values.iter().zip(problem.objective_weights()).map(|(v, w)| v * w).sum();
-    let fold = problem.fold_report(&problem.shape(variables)?);
-    let named: Map<String, Value> = names.iter().cloned().zip(values.iter().map(|v| json!(v))).collect();
-    let mut result = Map::new();
-    result.insert("variables".into(), design_vector::to_json(problem, variables));
-    result.insert("objective".into(), json!(objective));
-    result.insert("values".into(), Value::Object(named));
-    if let Some(pairs) = with_gradients {
-        let by_name = |gradient: &[f64]| design_vector::to_json(problem, gradient);
-        let table: Map<String, Value> = names.into_iter().zip(pairs.iter().map(|(_, g)| by_name(g))).collect();
-        result.insert("gradients".into(), Value::Object(table));
-    }
-    result.insert("min_fold_indicator".into(), json!(fold.map(|f| f.smallest_indicator)));
-    result.insert("folded".into(), json!(fold.map(|f| f.folded)));
-    Ok(Value::Object(result))
-}
-
-fn as_text(result: &Value) -> String {
-    let mut text = String::new();
-    let number = |value: &Value| value.as_f64().map_or_else(|| value.to_string(), |v| format!("{v:.12e}"));
-    text.push_str(&format!("objective  {}\n", number(&result["objective"])));
-    for (name, value) in result["values"].as_object().into_iter().flatten() {
-        text.push_str(&format!("  {name:24} {}\n", number(value)));
-        for (variable, slope) in result["gradients"][name].as_object().into_iter().flatten() {
-            text.push_str(&format!("    d/d {variable:16} {}\n", number(slope)));
+fn as_text(report: &EvaluationReport) -> String {
+    let mut text = format!("objective  {:.12e}\n", report.objective);
+    for (name, value) in report.values.iter() {
+        text.push_str(&format!("  {name:24} {value:.12e}\n"));
+        let slopes = report.gradients.as_ref().and_then(|gradients| gradients.get(name));
+        for (variable, slope) in slopes.into_iter().flat_map(Named::iter) {
+            text.push_str(&format!("    d/d {variable:16} {slope:.12e}\n"));
         }
     }
-    if !result["folded"].is_null() {
-        let folded = if result["folded"] == true { "folded" } else { "not folded" };
-        text.push_str(&format!("box {folded}, smallest indicator {}\n", number(&result["min_fold_indicator"])));
+    if let (Some(folded), Some(indicator)) = (report.folded, report.min_fold_indicator) {
+        let folded = if folded { "folded" } else { "not folded" };
+        text.push_str(&format!("box {folded}, smallest indicator {indicator:.12e}\n"));
     }
     text
 }

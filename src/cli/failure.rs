@@ -1,7 +1,6 @@
 //! How a subcommand ends badly.
 
-use crate::design::CaseError;
-use std::process::ExitCode;
+use crate::case::{CaseError, RunError};
 
 /// Why the command ends with a status other than 0.
 #[derive(Debug)]
@@ -22,11 +21,21 @@ impl Failure {
         }
     }
 
-    pub fn exit_code(&self) -> ExitCode {
+    /// The exit status of the process.
+    pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Input(_) => ExitCode::from(2),
-            Self::Computation(_) => ExitCode::from(1),
-            Self::Quiet => ExitCode::SUCCESS,
+            Self::Input(_) => 2,
+            Self::Computation(_) => 1,
+            Self::Quiet => 0,
+        }
+    }
+
+    /// A run of the case `name` that gave no outcome.
+    pub fn of_run(name: &str, error: &RunError) -> Self {
+        let message = format!("{name}: {error}");
+        match error {
+            RunError::Optimize(_) => Self::Input(message),
+            RunError::Design(_) => Self::Computation(message),
         }
     }
 }

@@ -19,8 +19,7 @@ pub(super) fn section(section: &Section<f64>) -> Result<String, FigureError> {
     section_figure(&SectionFigure {
         title: section.name().to_string(),
         curves: vec![outline(section.name(), section, Stroke::SECTION)],
-        lattice: Vec::new(),
-        control_points: Vec::new(),
+        ..SectionFigure::default()
     })
 }
 
@@ -80,22 +79,12 @@ fn lattice_lines(problem: &DesignProblem, shape: &Shape) -> Vec<Vec<[f64; 2]>> {
 pub(super) fn pressure(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
     let distributions = solution.distributions();
     let line = |cp: &[f64]| nodes.iter().zip(cp).map(|(n, cp)| [n[0], *cp]).collect::<Vec<_>>();
-    let mark = |k: usize, name: &str| Annotation {
-        x: solution.coefficients.transition[k],
-        label: format!("transition {name}"),
-    };
-    line_figure(&LineFigure {
-        title: title.to_string(),
-        x_label: "x/c".into(),
-        y_label: "Cp".into(),
-        series: vec![
-            series("viscous", line(&distributions.cp), Stroke::SECTION),
-            series("inviscid", line(&distributions.cp_inviscid), Stroke::palette(0).dashed()),
-        ],
-        inverted_y: true,
-        log_y: false,
-        annotations: vec![mark(0, "upper"), mark(1, "lower")],
-    })
+    let mark = |k: usize, name: &str| Annotation { x: solution.coefficients.transition[k], label: format!("transition {name}") };
+    let lines = vec![
+        series("viscous", line(&distributions.cp), Stroke::SECTION),
+        series("inviscid", line(&distributions.cp_inviscid), Stroke::palette(0).dashed()),
+    ];
+    cp_figure(title, lines, vec![mark(0, "upper"), mark(1, "lower")])
 }
 
 /// Pressure at one operating point before and after a design run; either may be missing.
@@ -110,15 +99,7 @@ pub(super) fn pressure_change(
         Some(series(name, nodes.iter().zip(&cp).map(|(n, cp)| [n[0], *cp]).collect(), stroke))
     };
     let lines = [line("start", before, Stroke::INITIAL), line("end", after, Stroke::SECTION)];
-    line_figure(&LineFigure {
-        title: title.to_string(),
-        x_label: "x/c".into(),
-        y_label: "Cp".into(),
-        series: lines.into_iter().flatten().collect(),
-        inverted_y: true,
-        log_y: false,
-        annotations: Vec::new(),
-    })
+    cp_figure(title, lines.into_iter().flatten().collect(), Vec::new())
 }
 
 /// Pressure without boundary layer.
@@ -128,14 +109,20 @@ pub(super) fn inviscid_pressure(
     title: &str,
 ) -> Result<String, FigureError> {
     let points = nodes.iter().zip(&solution.cp).map(|(n, cp)| [n[0], *cp]).collect();
+    cp_figure(title, vec![series("inviscid", points, Stroke::SECTION)], Vec::new())
+}
+
+/// Pressure coefficients over the chord, suction upwards.
+fn cp_figure(title: &str, series: Vec<Series>, annotations: Vec<Annotation>) -> Result<String, FigureError> {
+    let (x_label, y_label) = ("x/c".into(), "Cp".into());
     line_figure(&LineFigure {
-        title: title.to_string(),
-        x_label: "x/c".into(),
-        y_label: "Cp".into(),
-        series: vec![series("inviscid", points, Stroke::SECTION)],
+        title: title.into(),
+        x_label,
+        y_label,
+        series,
         inverted_y: true,
+        annotations,
         log_y: false,
-        annotations: Vec::new(),
     })
 }
 
@@ -166,8 +153,7 @@ pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str)
                 stroke: Stroke::palette(1),
             },
         ],
-        lattice: Vec::new(),
-        control_points: Vec::new(),
+        ..SectionFigure::default()
     })
 }
 
@@ -192,9 +178,7 @@ fn sweep_figure(title: &str, x: &str, y: &str, points: Vec<[f64; 2]>) -> Result<
         x_label: x.into(),
         y_label: y.into(),
         series: vec![Series { dots: true, ..series("section", points, Stroke::SECTION) }],
-        inverted_y: false,
-        log_y: false,
-        annotations: Vec::new(),
+        ..LineFigure::default()
     })
 }
 

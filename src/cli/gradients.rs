@@ -1,8 +1,9 @@
 //! `aeroform gradients`: every derivative of a case, three ways.
 
 use super::{Failure, design_vector, print, print_json};
-use crate::design::{Case, DerivativeCheck, DesignProblem, check_gradients};
-use serde_json::json;
+use crate::case::Case;
+use crate::design::{DerivativeCheck, DesignProblem, check_gradients};
+use crate::report::json::GradientsReport;
 
 /// Arguments of `aeroform gradients`.
 #[derive(Debug, clap::Args)]
@@ -29,20 +30,27 @@ pub(super) fn run(arguments: &GradientsArguments) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--shake {}: must be finite", arguments.shake)));
     }
     let mut case = Case::open(&arguments.case)?;
-    let mut values = design_vector::read(&case.problem, arguments.at.as_deref())?;
+    let mut values = design_vector::read(&case, arguments.at.as_deref())?;
     shake(&case.problem, &mut values, arguments.shake);
     let checks = check_gradients(&mut case.problem, &values)
         .map_err(|e| Failure::Computation(format!("{}: no value here or a finite step away: {e}", case.name)))?;
-    let wrong = checks.iter().filter(|c| !c.agrees()).count();
     if arguments.json {
-        print_json(&as_json(&case, &values, &checks))?;
+        print_json(&GradientsReport::new(&case, &values, &checks))?;
     } else {
         print(&as_text(&case.name, &checks, arguments.all))?;
     }
-    if wrong == 0 {
-        return Ok(());
+    verdict(&checks)
+}
+
+/// A failure where a derivative disagrees.
+fn verdict(checks: &[DerivativeCheck]) -> Result<(), Failure> {
+    match checks.iter().filter(|c| !c.agrees()).count() {
+        0 => Ok(()),
+        wrong => Err(Failure::Computation(format!(
+            "{wrong} of {} derivatives disagree beyond the estimated error",
+            checks.len()
+        ))),
     }
-    Err(Failure::Computation(format!("{wrong} of {} derivatives disagree beyond the estimated error", checks.len())))
 }
 
 /// A fixed pseudo-random movement, the same on every run, kept within the bounds.
@@ -51,33 +59,6 @@ fn shake(problem: &DesignProblem, values: &mut [f64], share: f64) {
         let moved = *value + share * variable.step * (12.9898 * (k + 1) as f64).sin();
         *value = moved.clamp(variable.bounds.lower, variable.bounds.upper);
     }
-}
-
-fn as_json(case: &Case, values: &[f64], checks: &[DerivativeCheck]) -> serde_json::Value {
-    let rows: Vec<_> = checks
-        .iter()
-        .map(|c| {
-            json!({
-                "quantity": c.quantity, "variable": c.variable,
-                "exact": c.exact, "forward": c.forward,
-                "finite_difference": c.difference, "finite_difference_error": c.difference_error,
-                "route_error": c.route_error(), "finite_difference_deviation": c.difference_deviation(),
-                "agrees": c.agrees(),
-            })
-        })
-        .collect();
-    json!({
-        "case": case.name,
-        "agrees": checks.iter().all(DerivativeCheck::agrees),
-        "worst_route_error": worst(checks, DerivativeCheck::route_error),
-        "worst_finite_difference_deviation": worst(checks, DerivativeCheck::difference_deviation),
-        "variables": design_vector::to_json(&case.problem, values),
-        "derivatives": rows,
-    })
-}
-
-fn worst(checks: &[DerivativeCheck], measure: fn(&DerivativeCheck) -> f64) -> f64 {
-    checks.iter().map(measure).fold(0.0, f64::max)
 }
 
 fn as_text(name: &str, checks: &[DerivativeCheck], all: bool) -> String {
@@ -116,4 +97,32 @@ fn as_text(name: &str, checks: &[DerivativeCheck], all: bool) -> String {
         ));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(exact: f64) -> DerivativeCheck {
+        DerivativeCheck {
+            quantity: "cd".into(),
+            variable: "dy[1,1]".into(),
+            exact,
+            forward: 2.0,
+            difference: 2.0,
+            difference_error: 1e-8,
+            scale: 2.0,
+        }
+    }
+
+    #[test]
+    fn one_derivative_that_disagrees_is_exit_status_1() {
+        assert!(verdict(&[check(2.0), check(2.0)]).is_ok());
+        for wrong in [2.0 + 1e-10, -2.0, 0.0, f64::NAN] {
+            let failure = verdict(&[check(2.0), check(wrong)]).unwrap_err();
+            assert_eq!(failure.exit_status(), 1);
+            assert!(matches!(&failure, Failure::Computation(m) if m.starts_with("1 of 2 derivatives")), "{failure:?}");
+            assert!(as_text("case", &[check(2.0), check(wrong)], true).contains("DISAGREES"));
+        }
+    }
 }

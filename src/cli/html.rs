@@ -1,20 +1,27 @@
 //! `report.html`: one page that shows a run, without anything from the network.
 
-use serde_json::Value;
+use crate::report::json::{ConstraintReport, RunReport};
 use std::fmt::Write;
 
-/// What the page shows.
+/// The content of the page.
 pub(super) struct Page<'a> {
     /// The content of `result.json`.
-    pub result: &'a Value,
-    /// How to run it again.
+    pub result: &'a RunReport,
+    /// The command that runs the case again.
     pub command: String,
     /// The case file.
     pub case: &'a str,
     /// Headings and SVG figures.
     pub figures: Vec<(String, String)>,
-    /// Further tables: heading, columns, rows.
-    pub tables: Vec<(String, Vec<String>, Vec<Vec<String>>)>,
+    /// Tables that stand between the values and the design variables.
+    pub tables: Vec<HtmlTable>,
+}
+
+/// A table of the page.
+pub(super) struct HtmlTable {
+    pub heading: &'static str,
+    pub columns: Vec<&'static str>,
+    pub rows: Vec<Vec<String>>,
 }
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#222}\
@@ -28,15 +35,15 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-fn number(value: &Value) -> String {
-    match value.as_f64() {
+fn number(value: Option<f64>) -> String {
+    match value {
         Some(0.0) => "0".into(),
-        Some(v) => format!("{v:.7e}"),
-        None => "–".into(),
+        Some(v) if v.is_finite() => format!("{v:.7e}"),
+        _ => "–".into(),
     }
 }
 
-fn table(text: &mut String, heading: &str, columns: &[String], rows: &[Vec<String>]) {
+fn table(text: &mut String, HtmlTable { heading, columns, rows }: &HtmlTable) {
     let _ = write!(text, "<h2>{}</h2><table><tr>", escaped(heading));
     columns.iter().for_each(|c| {
         let _ = write!(text, "<th>{}</th>", escaped(c));
@@ -58,88 +65,103 @@ fn inline(svg: &str) -> &str {
 }
 
 impl Page<'_> {
-    /// The page.
+    /// The page as HTML.
     pub fn render(&self) -> String {
         let result = self.result;
-        let word = |key: &str| escaped(result[key].as_str().unwrap_or("–"));
         let mut text = format!(
             "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}: {1}</title><style>{STYLE}</style></head><body>\n\
              <h1>{0}: {1}</h1><p>{2}</p><p>Run again: <code>{3}</code></p>\n",
-            word("case"),
-            word("status"),
-            word("message"),
+            escaped(&result.case),
+            escaped(result.status.as_str()),
+            escaped(&result.message),
             escaped(&self.command)
         );
-        let summary =
-            ["optimizer", "iterations", "evaluations", "failed_evaluations", "seconds", "objective", "kkt_residual"];
-        let shown = |key: &&str| {
-            let value = &result[*key];
-            let shown = match value {
-                Value::Number(n) if n.is_u64() => n.to_string(),
-                Value::String(text) => text.clone(),
-                _ => number(value),
-            };
-            vec![key.replace('_', " "), shown]
-        };
-        let rows: Vec<Vec<String>> = summary.iter().map(shown).collect();
-        table(&mut text, "Run", &["".into(), "".into()], &rows);
+        table(&mut text, &overview(result));
         for (heading, svg) in &self.figures {
             let _ = writeln!(text, "<h2>{}</h2><figure>{}</figure>", escaped(heading), inline(svg));
         }
-        self.constraints(&mut text);
-        let values = result["values"].as_object().into_iter().flatten();
-        let rows: Vec<Vec<String>> = values.map(|(name, v)| vec![name.clone(), number(v)]).collect();
-        table(&mut text, "Values", &["value".into(), "at the end".into()], &rows);
-        for (heading, columns, rows) in &self.tables {
-            table(&mut text, heading, columns, rows);
+        if let Some(constraints) = constraints(result) {
+            table(&mut text, &constraints);
         }
-        let variables = result["variables"].as_object().into_iter().flatten();
-        let rows: Vec<Vec<String>> = variables.map(|(name, v)| vec![name.clone(), number(v)]).collect();
-        table(&mut text, "Design variables", &["variable".into(), "at the end".into()], &rows);
+        let rows = result.values.iter().map(|(name, v)| vec![name.to_string(), number(*v)]).collect();
+        table(&mut text, &HtmlTable { heading: "Values", columns: vec!["value", "at the end"], rows });
+        self.tables.iter().for_each(|further| table(&mut text, further));
+        let rows = result.variables.iter().map(|(name, v)| vec![name.to_string(), number(Some(*v))]).collect();
+        table(&mut text, &HtmlTable { heading: "Design variables", columns: vec!["variable", "at the end"], rows });
         let _ = writeln!(text, "<h2>Case file</h2><pre>{}</pre></body></html>", escaped(self.case));
         text
     }
+}
 
-    /// All constraints, those that hold the design first.
-    fn constraints(&self, text: &mut String) {
-        let entries = self.result["constraints"].as_object().into_iter().flatten();
-        let mut rows: Vec<(f64, Vec<String>)> = entries
-            .map(|(name, c)| {
-                let multiplier = c["multiplier"].as_f64().unwrap_or(0.0);
-                let keys = ["value", "lower", "upper", "violation", "multiplier"];
-                let cells = std::iter::once(name.clone()).chain(keys.iter().map(|k| number(&c[*k])));
-                (multiplier.abs(), cells.collect())
-            })
-            .collect();
-        if rows.is_empty() {
-            return;
-        }
-        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let columns =
-            ["constraint", "value", "lower bound", "upper bound", "violation", "multiplier"].map(String::from);
-        let rows: Vec<Vec<String>> = rows.into_iter().map(|(_, row)| row).collect();
-        table(text, "Constraints (multiplier: change of the objective per unit of the bound)", &columns, &rows);
-    }
+fn overview(result: &RunReport) -> HtmlTable {
+    let rows = [
+        ("optimizer", result.optimizer.to_string()),
+        ("iterations", result.iterations.to_string()),
+        ("evaluations", result.evaluations.to_string()),
+        ("failed evaluations", result.failed_evaluations.to_string()),
+        ("seconds", number(Some(result.seconds))),
+        ("objective", number(result.objective)),
+        ("kkt residual", number(Some(result.kkt_residual))),
+    ];
+    let rows = rows.into_iter().map(|(name, value)| vec![name.to_string(), value]).collect();
+    HtmlTable { heading: "Run", columns: vec!["", ""], rows }
+}
+
+/// All constraints, those that hold the design first; `None` without constraints.
+fn constraints(result: &RunReport) -> Option<HtmlTable> {
+    let mut entries: Vec<(&str, &ConstraintReport)> = result.constraints.iter().collect();
+    let pull = |c: &ConstraintReport| c.multiplier.map_or(0.0, f64::abs);
+    entries.sort_by(|(_, a), (_, b)| pull(b).total_cmp(&pull(a)));
+    let row = |(name, c): &(&str, &ConstraintReport)| {
+        let cells = [c.value, c.lower, c.upper, c.violation, c.multiplier].map(number);
+        std::iter::once(name.to_string()).chain(cells).collect()
+    };
+    (!entries.is_empty()).then(|| HtmlTable {
+        heading: "Constraints (multiplier: change of the objective per unit of the bound)",
+        columns: vec!["constraint", "value", "lower bound", "upper bound", "violation", "multiplier"],
+        rows: entries.iter().map(row).collect(),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use crate::optimize::Termination;
+    use crate::report::json::Named;
 
     #[test]
     fn a_page_is_complete_and_harmless() {
-        let result = json!({
-            "case": "a<b", "status": "converged", "message": "fine & done", "iterations": 3, "seconds": 0.5,
-            "constraints": { "area": { "value": 0.1, "lower": 0.1, "upper": null, "violation": 0.0, "multiplier": 2.0 } },
-            "values": { "cd": 0.007 }, "variables": { "dx[0,0]": null },
-        });
+        let area = ConstraintReport {
+            value: Some(0.1),
+            lower: Some(0.1),
+            upper: None,
+            violation: Some(0.0),
+            multiplier: Some(2.0),
+        };
+        let result = RunReport {
+            case: "a<b".into(),
+            optimizer: "slsqp",
+            status: Termination::Converged,
+            message: "fine & done".into(),
+            evaluations: 4,
+            failed_evaluations: 0,
+            iterations: 3,
+            seconds: 0.5,
+            objective: None,
+            values: Named::new(["cd"], [Some(0.007)]),
+            constraints: Named::new(["area"], [area]),
+            kkt_residual: f64::NAN,
+            variables: Named::new(["dx[0,0]"], [0.25]),
+            min_fold_indicator: None,
+            folded: None,
+            self_intersecting: false,
+        };
         let page = Page {
             result: &result,
             command: "aeroform run a".into(),
             case: "name = \"a<b\"",
             figures: vec![("Start".into(), "<?xml version=\"1.0\"?><svg></svg>".into())],
-            tables: vec![("Timing".into(), vec!["what".into()], vec![vec!["flow".into()]])],
+            tables: vec![HtmlTable { heading: "Timing", columns: vec!["what"], rows: vec![vec!["flow".into()]] }],
         };
         let html = page.render();
         for part in ["a&lt;b", "fine &amp; done", "<svg></svg>", "1.0000000e-1", "Timing", "–", "7.0000000e-3"] {

@@ -1,4 +1,4 @@
-//! The command `aeroform`: one file a subcommand.
+//! The command `aeroform`: one file per subcommand.
 //!
 //! Results go to files and standard output, progress and messages to standard error. Exit status 0: done; 1: the
 //! computation did not succeed, and said why; 2: bad usage or input. May depend on everything else.
@@ -9,9 +9,9 @@ mod design_vector;
 mod evaluate;
 mod failure;
 mod figures;
+mod flow_arguments;
 mod gradients;
 mod html;
-mod operating_point;
 mod polar;
 mod processor;
 mod run;
@@ -53,7 +53,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.report();
-            failure.exit_code()
+            failure.exit_status().into()
         }
     }
 }
@@ -82,7 +82,12 @@ fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Prints one JSON object; numbers that are not finite are `null`.
-fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    print(&pretty(value)?)
+}
+
+/// The text of a JSON file.
+fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
     let text = serde_json::to_string_pretty(value).map_err(|e| Failure::Computation(e.to_string()))?;
-    print(&(text + "\n"))
+    Ok(text + "\n")
 }

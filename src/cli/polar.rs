@@ -1,11 +1,10 @@
 //! `aeroform polar`: a sweep of the angle of attack.
 
-use super::analyze::as_json;
-use super::operating_point::{PointArguments, panelled};
+use super::flow_arguments::{FlowArguments, panelled};
 use super::{Failure, figures, print, print_json};
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
+use crate::report::json::{AnalysisReport, PolarReport};
 use crate::report::{Align, OutputDirectory, Table};
-use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -13,7 +12,7 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 pub(super) struct PolarArguments {
     #[command(flatten)]
-    point: PointArguments,
+    point: FlowArguments,
     /// Angles of attack in degrees
     #[arg(long, value_name = "FIRST:LAST:STEP", allow_hyphen_values = true)]
     alpha: String,
@@ -52,8 +51,8 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
         directory.write_all(files).map_err(|e| failed(&e))?;
     }
     if arguments.json {
-        let rows: Vec<_> = points.iter().map(|(solution, seconds)| as_json(solution, *seconds)).collect();
-        print_json(&json!({ "section": arguments.point.shape, "points": rows }))?;
+        let reports = points.iter().map(|(solution, seconds)| AnalysisReport::new(solution, *seconds));
+        print_json(&PolarReport { section: arguments.point.shape.clone(), points: reports.collect() })?;
     } else {
         print(&table(&points))?;
     }

@@ -3,8 +3,8 @@
 use super::{Failure, print, print_json};
 use crate::cad;
 use crate::report::OutputDirectory;
-use crate::section::{Measure, Section, SectionDefinition, SectionError};
-use serde_json::{Value, json};
+use crate::report::json::SectionReport;
+use crate::section::{Section, SectionDefinition, SectionError};
 use std::path::Path;
 
 /// Arguments of `aeroform section`.
@@ -23,20 +23,6 @@ pub(super) struct SectionArguments {
     json: bool,
 }
 
-/// What is printed, in this order: measure, text after the number.
-const MEASURES: [(Measure, &str); 10] = [
-    (Measure::Area, "chord²"),
-    (Measure::Thickness, "chord"),
-    (Measure::ThicknessX, "chord"),
-    (Measure::Camber, "chord"),
-    (Measure::CamberX, "chord"),
-    (Measure::NoseRadius, "chord"),
-    (Measure::TrailingEdgeAngle, "degrees"),
-    (Measure::TrailingEdgeGap, "chord"),
-    (Measure::Perimeter, "chord"),
-    (Measure::Chord, "unit of the coordinates"),
-];
-
 pub(super) fn run(arguments: &SectionArguments) -> Result<(), Failure> {
     // errors of files name the file themselves
     let bad = |error: SectionError| {
@@ -54,22 +40,12 @@ pub(super) fn run(arguments: &SectionArguments) -> Result<(), Failure> {
             eprintln!("aeroform: {}: repaired: {repair}", arguments.shape);
         }
     }
-    let values: Vec<f64> = MEASURES.iter().map(|(measure, _)| value(measure, &section)).collect();
     if let Some(path) = &arguments.out {
         let text = export(&section, Path::new(path))?;
         write_file(Path::new(path), text)?;
     }
-    if arguments.json {
-        print_json(&as_json(&definition, &section, &values))
-    } else {
-        print(&as_text(&section, &values))
-    }
-}
-
-/// A measure in the units of the command line; NaN where the section has none (a symmetric one no place of camber).
-fn value(measure: &Measure, section: &Section<f64>) -> f64 {
-    let value = measure.evaluate(section).unwrap_or(f64::NAN);
-    if *measure == Measure::TrailingEdgeAngle { value.to_degrees() } else { value }
+    let report = SectionReport::new(&definition, &section);
+    if arguments.json { print_json(&report) } else { print(&as_text(&report)) }
 }
 
 fn export(section: &Section<f64>, path: &Path) -> Result<String, Failure> {
@@ -102,30 +78,11 @@ fn write_file(path: &Path, text: String) -> Result<(), Failure> {
     directory.write_all([(name, text)]).map_err(|e| Failure::Computation(e.to_string()))
 }
 
-fn as_text(section: &Section<f64>, values: &[f64]) -> String {
-    let mut text = format!("{}, {} control points\n", section.name(), section.curve().control_points().len());
-    for ((measure, unit), value) in MEASURES.iter().zip(values) {
-        let number = if value.is_finite() { format!("{value:.9}") } else { "none".into() };
-        text.push_str(&format!("  {:20} {number:>14} {unit}\n", measure.name()));
+fn as_text(report: &SectionReport) -> String {
+    let mut text = format!("{}, {} control points\n", report.name, report.control_points);
+    for ((name, value), (_, unit)) in report.measures.iter().zip(SectionReport::MEASURES) {
+        let number = value.map_or("none".into(), |v| format!("{v:.9}"));
+        text.push_str(&format!("  {name:20} {number:>14} {unit}\n"));
     }
     text
-}
-
-fn as_json(definition: &SectionDefinition, section: &Section<f64>, values: &[f64]) -> Value {
-    let mut result = serde_json::Map::new();
-    result.insert("name".into(), json!(section.name()));
-    for ((measure, _), value) in MEASURES.iter().zip(values) {
-        result.insert(measure.name(), json!(value));
-    }
-    let curve = section.curve();
-    result.insert("centroid".into(), json!(section.centroid().ok()));
-    result.insert("control_points".into(), json!(curve.control_points().len()));
-    result.insert("trailing_edge".into(), json!(format!("{:?}", section.trailing_edge()).to_lowercase()));
-    result.insert("parameters".into(), definition.parameters().into_iter().map(|(n, v)| (n, json!(v))).collect());
-    result.insert("self_intersecting".into(), json!(section.self_intersection().is_some()));
-    let curve_json = json!({
-        "degree": curve.degree(), "knots": curve.knots().as_slice(), "control_points": curve.control_points(),
-    });
-    result.insert("curve".into(), curve_json);
-    Value::Object(result)
 }

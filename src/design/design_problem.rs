@@ -5,19 +5,20 @@ mod second_order;
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
 use super::geometry::{Geometry, LinearisedShape, Shape};
 use super::quantity::{Instruments, Quantity, finite};
-use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem};
+use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
 use crate::flow::Solution;
 use crate::scalar::Scalar;
-use crate::section::Section;
+use crate::section::{Measure, Section};
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 /// A constraint: a quantity within bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Constraint {
-    /// The quantity.
+    /// The quantity that is constrained.
     pub quantity: Quantity,
-    /// Where it must lie.
+    /// Bounds of the quantity.
     pub bounds: Bounds,
 }
 
@@ -26,14 +27,14 @@ pub struct Constraint {
 pub struct ShapeFlows {
     /// The panel nodes, from the trailing edge over the upper surface and back.
     pub nodes: Vec<[f64; 2]>,
-    /// One an operating point, or why there is none.
+    /// One solution per operating point, or why there is none.
     pub solutions: Vec<Result<Solution, DesignError>>,
 }
 
 /// A design problem over a geometry.
 ///
-/// Built from a case file by [`Case`](super::Case). As a [`Problem`] it works in scaled variables; the methods here take
-/// variables in their own units.
+/// Built from a case file by `Case` of the module [`case`](crate::case). As a [`Problem`] it works in scaled variables;
+/// the methods here take variables in their own units.
 #[derive(Debug, Clone)]
 pub struct DesignProblem {
     geometry: Geometry,
@@ -45,17 +46,38 @@ pub struct DesignProblem {
     weights: Vec<f64>,
     /// Position of each constraint's quantity.
     constraints: Vec<usize>,
-    constraint_bounds: Vec<Bounds>,
-    constraint_names: Vec<String>,
-    value_names: Vec<String>,
-    variable_names: Vec<String>,
-    variable_bounds: Vec<Bounds>,
-    start: Vec<f64>,
+    description: ProblemDescription,
     /// Tangents of a linear geometry, which do not change.
-    tangents: Option<LinearisedShape>,
+    tangents: Option<Arc<LinearisedShape>>,
     /// Hessian of the shape error of a linear geometry, in the variables' own units.
     error_hessian: Option<DMatrix<f64>>,
     work: Workspace,
+}
+
+/// Derivatives of the control points in the variables.
+enum Tangents {
+    /// Tangents of a linear geometry: equal at every shape, whichever they were taken at.
+    Constant(Arc<LinearisedShape>),
+    /// Tangents at the shape that is evaluated.
+    Local(LinearisedShape),
+}
+
+impl Tangents {
+    /// Derivatives of the section's control points: one list of control points per variable.
+    fn of_section(&self) -> &[Vec<[f64; 2]>] {
+        match self {
+            Self::Constant(shape) => &shape.section_tangents,
+            Self::Local(shape) => &shape.section_tangents,
+        }
+    }
+}
+
+/// How the derivatives of a quantity are found.
+enum Contribution {
+    /// By slopes, which have been added to the workspace; this is the value.
+    Slopes(f64),
+    /// By carrying the tangents through the measure.
+    Measure(Measure),
 }
 
 /// Buffers of one evaluation.
@@ -69,7 +91,7 @@ struct Workspace {
 }
 
 impl DesignProblem {
-    pub(super) fn new(
+    pub(crate) fn new(
         geometry: Geometry,
         target: Option<Section<f64>>,
         instruments: Instruments,
@@ -78,28 +100,34 @@ impl DesignProblem {
         report: &[Quantity],
     ) -> Result<Self, DesignError> {
         let mut quantities: Vec<Quantity> = Vec::new();
-        let listed = objective.iter().map(|(q, _)| q).chain(constraints.iter().map(|c| &c.quantity)).chain(report);
-        for quantity in listed {
-            if !quantities.contains(quantity) {
+        let mut position = |quantity: &Quantity| {
+            quantities.iter().position(|other| other == quantity).unwrap_or_else(|| {
                 quantities.push(quantity.clone());
-            }
+                quantities.len() - 1
+            })
+        };
+        let terms: Vec<(usize, f64)> = objective.iter().map(|(q, weight)| (position(q), *weight)).collect();
+        let constrained: Vec<usize> = constraints.iter().map(|c| position(&c.quantity)).collect();
+        for quantity in report {
+            position(quantity);
         }
-        let position = |q: &Quantity| quantities.iter().position(|other| other == q).unwrap_or(0);
         let mut weights = vec![0.0; quantities.len()];
-        objective.iter().for_each(|(q, weight)| weights[position(q)] += weight);
+        terms.into_iter().for_each(|(q, weight)| weights[q] += weight);
         let variables = geometry.variables();
         if variables.is_empty() {
             return Err(DesignError::NothingFree);
         }
         let scaled = |b: Bounds, scale: f64| Bounds { lower: b.lower / scale, upper: b.upper / scale };
         let mut problem = Self {
-            constraints: constraints.iter().map(|c| position(&c.quantity)).collect(),
-            constraint_bounds: constraints.iter().map(|c| c.bounds).collect(),
-            constraint_names: constraints.iter().map(|c| c.quantity.name()).collect(),
-            value_names: quantities.iter().map(Quantity::name).collect(),
-            variable_names: variables.iter().map(|v| v.name.clone()).collect(),
-            variable_bounds: variables.iter().map(|v| scaled(v.bounds, v.scale)).collect(),
-            start: variables.iter().map(|v| v.start / v.scale).collect(),
+            constraints: constrained,
+            description: ProblemDescription {
+                variable_names: variables.iter().map(|v| v.name.clone()).collect(),
+                start: variables.iter().map(|v| v.start / v.scale).collect(),
+                variable_bounds: variables.iter().map(|v| scaled(v.bounds, v.scale)).collect(),
+                constraint_names: constraints.iter().map(|c| c.quantity.name()).collect(),
+                constraint_bounds: constraints.iter().map(|c| c.bounds).collect(),
+                value_names: quantities.iter().map(Quantity::name).collect(),
+            },
             tangents: None,
             error_hessian: None,
             work: Workspace::default(),
@@ -110,7 +138,7 @@ impl DesignProblem {
             geometry,
         };
         if problem.geometry.is_linear() {
-            problem.tangents = Some(problem.geometry.linearise(&problem.start_values())?);
+            problem.tangents = Some(Arc::new(problem.geometry.linearise(&problem.start_values())?));
         }
         Ok(problem)
     }
@@ -181,7 +209,7 @@ impl DesignProblem {
     }
 
     /// Whether everything but the flow has a value at the start.
-    pub(super) fn measures_at_start(&self) -> Result<(), DesignError> {
+    pub(crate) fn measures_at_start(&self) -> Result<(), DesignError> {
         let shape = self.geometry.shape(&self.start_values())?;
         let plain = self.quantities.iter().filter(|q| !matches!(q, Quantity::Flow(_)));
         plain.map(|q| self.instruments.value(q, &shape)).try_for_each(|value| value.map(|_| ()))
@@ -194,8 +222,8 @@ impl DesignProblem {
     pub fn gradients(&mut self, values: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, DesignError> {
         self.work.values.clear();
         self.work.values.extend_from_slice(values);
-        let linearised = self.prepare()?;
-        (0..self.quantities.len()).map(|q| self.quantity_gradient(q, linearised.as_ref())).collect()
+        let tangents = self.prepare()?;
+        (0..self.quantities.len()).map(|q| self.quantity_gradient(q, &tangents)).collect()
     }
 
     /// The objective alone, in scaled variables: what a line search without gradients would pay.
@@ -204,23 +232,31 @@ impl DesignProblem {
     /// A shape or quantity that has no value.
     pub fn objective(&mut self, x: &[f64]) -> Result<f64, DesignError> {
         self.set_scaled(x);
-        if !self.geometry.is_linear() || self.objective_measures() {
-            let values = std::mem::take(&mut self.work.values);
-            let result = self.quantities_at(&values);
-            self.work.values = values;
-            return Ok(result?.iter().zip(&self.weights).map(|(v, w)| v * w).sum());
+        if self.tangents.is_some() {
+            self.deform_in_place();
+            if let Some(value) = self.objective_in_place()? {
+                return Ok(value);
+            }
         }
-        self.deform_in_place();
+        let values = std::mem::take(&mut self.work.values);
+        let result = self.quantities_at(&values);
+        self.work.values = values;
+        Ok(result?.iter().zip(&self.weights).map(|(v, w)| v * w).sum())
+    }
+
+    /// The objective at the deformed workspace; `None` where it needs more than the control points.
+    fn objective_in_place(&self) -> Result<Option<f64>, DesignError> {
         let mut sum = 0.0;
         for (quantity, weight) in self.quantities.iter().zip(&self.weights).filter(|(_, w)| **w != 0.0) {
             let value = match quantity {
                 Quantity::ShapeError => self.instruments.error()?.value(&self.work.points),
-                _ => self.instruments.penalty.as_ref().map_or(0.0, |p| p.value(&self.work.net)),
+                Quantity::FoldPenalty => self.instruments.penalty()?.value(&self.work.net),
+                Quantity::FoldIndicator { .. } | Quantity::Measure(_) | Quantity::Flow(_) => return Ok(None),
             };
             finite(quantity, value)?;
             sum += weight * value;
         }
-        Ok(sum)
+        Ok(Some(sum))
     }
 
     /// The operating points, where there is a flow.
@@ -228,21 +264,16 @@ impl DesignProblem {
         self.instruments.flow.as_ref().map_or(&[], FlowAnalysis::points)
     }
 
-    /// The flows about a shape, one an operating point, with the panel nodes they were found on; `None` without flow.
+    /// The flows about a shape, one per operating point, with the panel nodes they were found on; `None` without flow.
     pub fn flows(&self, shape: &Shape) -> Option<ShapeFlows> {
         let flow = self.instruments.flow.as_ref()?;
         let nodes = flow.nodes(shape.section.curve().control_points());
         Some(ShapeFlows { nodes, solutions: flow.solutions(shape) })
     }
 
-    /// What flows took so far.
+    /// Number of flows so far and the time they took.
     pub fn flow_timing(&self) -> FlowTiming {
         self.instruments.flow.as_ref().map_or_else(FlowTiming::default, FlowAnalysis::timing)
-    }
-
-    fn objective_measures(&self) -> bool {
-        let plain = |q: &Quantity| matches!(q, Quantity::ShapeError | Quantity::FoldPenalty);
-        self.quantities.iter().zip(&self.weights).any(|(q, w)| *w != 0.0 && !plain(q))
     }
 
     fn set_scaled(&mut self, x: &[f64]) {
@@ -255,17 +286,18 @@ impl DesignProblem {
         self.geometry.deform(self.geometry.initial_frame(), &work.values, &mut work.net, &mut work.points);
     }
 
-    /// Deforms the workspace to its variables. A linear geometry has constant tangents and returns `None`.
-    fn prepare(&mut self) -> Result<Option<LinearisedShape>, DesignError> {
-        if self.geometry.is_linear() {
+    /// Deforms the workspace to its variables and gives the tangents there.
+    fn prepare(&mut self) -> Result<Tangents, DesignError> {
+        if let Some(tangents) = &self.tangents {
+            let tangents = Arc::clone(tangents);
             self.deform_in_place();
-            return Ok(None);
+            return Ok(Tangents::Constant(tangents));
         }
         let linearised = self.geometry.linearise(&self.work.values)?;
         self.work.net.clone_from(&linearised.shape.net);
         self.work.points.clear();
         self.work.points.extend_from_slice(linearised.shape.section.curve().control_points());
-        Ok(Some(linearised))
+        Ok(Tangents::Local(linearised))
     }
 
     fn clear_slopes(&mut self) {
@@ -277,34 +309,36 @@ impl DesignProblem {
         }
     }
 
-    /// Adds a quantity's slopes times `factor` to the workspace; `None` for a measure, which works on tangents.
-    fn add_slopes(&mut self, quantity: usize, factor: f64) -> Result<Option<f64>, DesignError> {
+    /// Adds a quantity's slopes times `factor` to the workspace, unless it is a measure.
+    fn add_slopes(&mut self, quantity: usize, factor: f64) -> Result<Contribution, DesignError> {
         let work = &mut self.work;
         let value = match &self.quantities[quantity] {
             Quantity::ShapeError => {
                 self.instruments.error()?.value_and_gradient(&work.points, factor, &mut work.point_slope)
             }
-            Quantity::FoldPenalty => (self.instruments.penalty.as_ref())
-                .map_or(0.0, |p| p.value_and_gradient(&work.net, factor, &mut work.net_slope)),
-            Quantity::FoldIndicator { index, .. } => (self.instruments.penalty.as_ref())
-                .map_or(1.0, |p| p.indicator_and_gradient(*index, &work.net, factor, &mut work.net_slope)),
+            Quantity::FoldPenalty => {
+                self.instruments.penalty()?.value_and_gradient(&work.net, factor, &mut work.net_slope)
+            }
+            Quantity::FoldIndicator { index, .. } => {
+                self.instruments.penalty()?.indicator_and_gradient(*index, &work.net, factor, &mut work.net_slope)
+            }
             Quantity::Flow(flow) => {
                 self.instruments.flow()?.value_and_slope(flow, &work.points, factor, &mut work.point_slope)?
             }
-            Quantity::Measure(_) => return Ok(None),
+            Quantity::Measure(measure) => return Ok(Contribution::Measure(*measure)),
         };
         finite(&self.quantities[quantity], value)?;
-        Ok(Some(value))
+        Ok(Contribution::Slopes(value))
     }
 
     /// Carries the slopes in the workspace back to the variables: transposed maps where they are constant, tangents
     /// where section parameters are variables.
-    fn pull_back(&mut self, linearised: Option<&LinearisedShape>) -> Vec<f64> {
+    fn pull_back(&mut self, tangents: &Tangents) -> Vec<f64> {
         let work = &mut self.work;
         let n = work.values.len();
         let mut gradient = vec![0.0; n];
-        match linearised {
-            None => {
+        match tangents {
+            Tangents::Constant(_) => {
                 let frame = self.geometry.initial_frame();
                 frame.weights.add_transposed_to(&work.point_slope, &mut work.net_slope);
                 for (row, slope) in work.net_slope.iter().flatten().enumerate() {
@@ -313,7 +347,7 @@ impl DesignProblem {
                     }
                 }
             }
-            Some(shape) => {
+            Tangents::Local(shape) => {
                 let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
                     a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
                 };
@@ -326,34 +360,23 @@ impl DesignProblem {
         gradient
     }
 
-    /// A measure by chunks of tangents.
-    fn measure_gradient(
-        &self,
-        quantity: usize,
-        linearised: Option<&LinearisedShape>,
-    ) -> Result<(f64, Vec<f64>), DesignError> {
-        let Quantity::Measure(measure) = &self.quantities[quantity] else { return Ok((0.0, Vec::new())) };
+    /// A measure with its gradient, by chunks of tangents.
+    fn measure_gradient(&self, measure: &Measure, tangents: &Tangents) -> Result<(f64, Vec<f64>), DesignError> {
         let section = self.geometry.section().with_control_points(self.work.points.clone())?;
-        let tangents = linearised.or(self.tangents.as_ref()).map_or(&[][..], |t| &t.section_tangents);
-        self.instruments.measure_gradient(measure, &section, tangents)
+        self.instruments.measure_gradient(measure, &section, tangents.of_section())
     }
 
-    fn quantity_gradient(
-        &mut self,
-        quantity: usize,
-        linearised: Option<&LinearisedShape>,
-    ) -> Result<(f64, Vec<f64>), DesignError> {
+    fn quantity_gradient(&mut self, quantity: usize, tangents: &Tangents) -> Result<(f64, Vec<f64>), DesignError> {
         self.clear_slopes();
         match self.add_slopes(quantity, 1.0)? {
-            Some(value) => Ok((value, self.pull_back(linearised))),
-            None => self.measure_gradient(quantity, linearised),
+            Contribution::Slopes(value) => Ok((value, self.pull_back(tangents))),
+            Contribution::Measure(measure) => self.measure_gradient(&measure, tangents),
         }
     }
 
     fn try_evaluate(&mut self, x: &[f64]) -> Result<Evaluation, DesignError> {
         self.set_scaled(x);
-        let linearised = self.prepare()?;
-        let linearised = linearised.as_ref();
+        let tangents = self.prepare()?;
         let mut values = vec![0.0; self.quantities.len()];
         // objective: all slopes are carried back together
         self.clear_slopes();
@@ -362,21 +385,21 @@ impl DesignProblem {
             let weight = self.weights[q];
             if weight != 0.0 {
                 match self.add_slopes(q, weight)? {
-                    Some(value) => values[q] = value,
-                    None => measures.push(q),
+                    Contribution::Slopes(value) => values[q] = value,
+                    Contribution::Measure(measure) => measures.push((q, measure)),
                 }
             }
         }
-        let mut gradient = self.pull_back(linearised);
-        for q in measures {
-            let (value, slope) = self.measure_gradient(q, linearised)?;
+        let mut gradient = self.pull_back(&tangents);
+        for (q, measure) in measures {
+            let (value, slope) = self.measure_gradient(&measure, &tangents)?;
             values[q] = value;
             gradient.iter_mut().zip(slope).for_each(|(g, s)| *g += self.weights[q] * s);
         }
         let mut jacobian = Vec::with_capacity(self.constraints.len());
         for index in 0..self.constraints.len() {
             let q = self.constraints[index];
-            let (value, slope) = self.quantity_gradient(q, linearised)?;
+            let (value, slope) = self.quantity_gradient(q, &tangents)?;
             values[q] = value;
             jacobian.push(slope);
         }
@@ -415,35 +438,21 @@ impl From<DesignError> for AnalysisFailure {
 }
 
 impl Problem for DesignProblem {
-    fn variable_names(&self) -> &[String] {
-        &self.variable_names
-    }
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-    fn variable_bounds(&self) -> &[Bounds] {
-        &self.variable_bounds
-    }
-    fn constraint_names(&self) -> &[String] {
-        &self.constraint_names
-    }
-    fn constraint_bounds(&self) -> &[Bounds] {
-        &self.constraint_bounds
-    }
-    fn value_names(&self) -> &[String] {
-        &self.value_names
+    fn description(&self) -> &ProblemDescription {
+        &self.description
     }
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
         Ok(self.try_evaluate(x)?)
     }
     fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
-        if self.instruments.flow.is_none() {
+        let Some(flow) = &self.instruments.flow else {
             return points.iter().map(|x| self.evaluate(x)).collect();
-        }
+        };
         let shape = self.geometry.shape(&self.unscaled(base)).ok();
+        let flow = flow.near(shape.as_ref());
         let worker = || {
             let mut worker = self.clone();
-            worker.instruments.flow = self.instruments.flow.as_ref().map(|flow| flow.near(shape.as_ref()));
+            worker.instruments.flow = Some(flow.on_the_same_clock());
             worker
         };
         in_parallel_with(points, worker, |worker, x| worker.evaluate(x))

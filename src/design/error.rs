@@ -1,4 +1,4 @@
-//! What can be wrong with a design problem.
+//! Errors of design problems.
 
 use crate::ffd::FfdError;
 use crate::flow::{FlowError, Status};
@@ -25,16 +25,19 @@ pub enum DesignError {
     FlowStatus {
         /// Name of the operating point, empty where there is only one.
         point: String,
-        /// What is wrong with it.
+        /// Status of the flow.
         status: Status,
     },
     /// A quantity of the flow, in a problem without one.
     #[error("there is no flow: give a [flow] table with alpha or cl, and reynolds")]
     NoFlow,
+    /// A fold penalty or fold indicator, in a problem without a box.
+    #[error("there is no [box] that could fold")]
+    NoBox,
     /// Second derivatives of a flow.
     #[error("{name} has first derivatives only")]
     FlowSecondOrder {
-        /// The quantity.
+        /// Name of the quantity.
         name: String,
     },
     /// A selection names a control point the box does not have.
@@ -58,7 +61,7 @@ pub enum DesignError {
     /// A tie coefficient is zero or not finite.
     #[error("tie coefficient {value}: it must be finite and not zero")]
     TieCoefficient {
-        /// The coefficient.
+        /// Value of the coefficient.
         value: f64,
     },
     /// A mirrored box must be symmetric about the chord line.
@@ -113,21 +116,21 @@ pub enum DesignError {
     /// Bounds that contradict each other or the start.
     #[error("{name}: lower bound {lower}, start {start}, upper bound {upper} are not in order")]
     Bounds {
-        /// The variable or constraint.
+        /// Name of the variable or constraint.
         name: String,
-        /// Lower bound.
+        /// The lower bound.
         lower: f64,
-        /// Start value.
+        /// The value at the start.
         start: f64,
-        /// Upper bound.
+        /// The upper bound.
         upper: f64,
     },
     /// A scale that is not positive and finite.
     #[error("{name}: scale {scale} must be positive and finite")]
     Scale {
-        /// The variable.
+        /// Name of the variable.
         name: String,
-        /// Its scale.
+        /// The scale.
         scale: f64,
     },
 }

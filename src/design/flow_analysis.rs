@@ -7,21 +7,21 @@ use crate::flow::{Condition, PanelledSection, Settings, Solution, panel_paramete
 use crate::scalar::Scalar;
 use crate::section::Section;
 use num_dual::DualSVec64;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 /// One operating point of a design problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatingPoint {
-    /// Its name; empty where there is only one.
+    /// Name of the point; empty where there is only one.
     pub name: String,
-    /// Its share in weighted means; the shares of all points add up to one.
+    /// Share of the point in weighted means; the shares of all points add up to one.
     pub weight: f64,
     /// Flow conditions; at a fixed lift coefficient the angle of attack follows the shape.
     pub condition: Condition,
 }
 
-/// What is read off a flow.
+/// A number that is read off a flow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlowOutput {
@@ -48,30 +48,39 @@ const BASE: usize = 7;
 type BaseDual = DualSVec64<8>;
 
 impl FlowOutput {
-    const ALL: [(Self, &'static str); 8] = [
-        (Self::Lift, "cl"),
-        (Self::Drag, "cd"),
-        (Self::Moment, "cm"),
-        (Self::LiftToDrag, "cl/cd"),
-        (Self::LowestPressure, "cp_min"),
-        (Self::Alpha, "alpha"),
-        (Self::TransitionUpper, "transition_upper"),
-        (Self::TransitionLower, "transition_lower"),
+    const ALL: [Self; 8] = [
+        Self::Lift,
+        Self::Drag,
+        Self::Moment,
+        Self::LiftToDrag,
+        Self::LowestPressure,
+        Self::Alpha,
+        Self::TransitionUpper,
+        Self::TransitionLower,
     ];
 
     /// The names in case files.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::ALL.into_iter().map(|(_, name)| name)
+        Self::ALL.into_iter().map(Self::name)
     }
 
     /// The output of a name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|(_, known)| *known == name).map(|(output, _)| output)
+        Self::ALL.into_iter().find(|output| output.name() == name)
     }
 
-    /// Its name in case files.
+    /// The name of the output in case files.
     pub fn name(self) -> &'static str {
-        Self::ALL.into_iter().find(|(output, _)| *output == self).map_or("", |(_, name)| name)
+        match self {
+            Self::Lift => "cl",
+            Self::Drag => "cd",
+            Self::Moment => "cm",
+            Self::LiftToDrag => "cl/cd",
+            Self::LowestPressure => "cp_min",
+            Self::Alpha => "alpha",
+            Self::TransitionUpper => "transition_upper",
+            Self::TransitionLower => "transition_lower",
+        }
     }
 
     fn of<S: Scalar>(self, base: &[S; BASE]) -> S {
@@ -97,7 +106,7 @@ fn base_values(solution: &Solution) -> [f64; BASE] {
 /// An output at one operating point, or its weighted mean over all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlowQuantity {
-    /// What is read off.
+    /// The number that is read off.
     pub output: FlowOutput,
     /// The operating point, by position; `None` for the weighted mean.
     pub point: Option<usize>,
@@ -116,13 +125,13 @@ impl FlowQuantity {
 /// How long flows took so far, in seconds, and how many there were.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FlowTiming {
-    /// Flow solutions.
+    /// Number of flow solutions.
     pub solutions: usize,
-    /// Time in them, summed over threads.
+    /// Time spent on solutions in seconds, summed over threads.
     pub solution_seconds: f64,
-    /// Solutions differentiated.
+    /// Number of solutions that were differentiated.
     pub gradients: usize,
-    /// Time in their derivatives.
+    /// Time spent on derivatives in seconds.
     pub gradient_seconds: f64,
 }
 
@@ -141,17 +150,33 @@ type PointGradients = [Vec<[f64; 2]>; BASE];
 ///
 /// Every flow starts from nothing but its shape, so that a value never depends on what was asked before: a resumed run
 /// continues bit for bit. The flows of the latest shape are kept for all quantities to share.
-#[derive(Debug, Clone)]
-pub(super) struct FlowAnalysis {
+#[derive(Debug)]
+pub(crate) struct FlowAnalysis {
     points: Vec<OperatingPoint>,
     settings: Settings,
     edge: crate::section::TrailingEdge,
     /// Control points of the section → panel nodes.
     map: LinearMap,
-    latest: Arc<Mutex<Option<Arc<Flows>>>>,
+    /// Flows of the latest shape. The lock is held to read or replace them, never while a flow is solved.
+    latest: Mutex<Option<Arc<Flows>>>,
     /// Where flows start from, if not from nothing.
     start: Option<Arc<Flows>>,
     timing: Arc<Mutex<FlowTiming>>,
+}
+
+impl Clone for FlowAnalysis {
+    /// A copy with a memory and a clock of its own, so that clones never wait for each other.
+    fn clone(&self) -> Self {
+        Self {
+            points: self.points.clone(),
+            settings: self.settings,
+            edge: self.edge,
+            map: self.map.clone(),
+            latest: Mutex::new(self.latest().clone()),
+            start: self.start.clone(),
+            timing: Arc::new(Mutex::new(self.timing())),
+        }
+    }
 }
 
 impl FlowAnalysis {
@@ -173,7 +198,7 @@ impl FlowAnalysis {
             settings,
             edge: section.trailing_edge(),
             map,
-            latest: Arc::default(),
+            latest: Mutex::default(),
             start: None,
             timing: Arc::default(),
         }
@@ -184,13 +209,19 @@ impl FlowAnalysis {
     }
 
     pub fn timing(&self) -> FlowTiming {
-        *self.timing.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        *self.timing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A copy with a memory of its own, whose flows start from those about `base`.
+    /// A copy whose flows start from those about `base`, and whose time counts as that of the original.
     pub fn near(&self, base: Option<&Shape<f64>>) -> Self {
         let start = base.map(|shape| self.flows(self.nodes(shape.section.curve().control_points())));
-        Self { latest: Arc::default(), start, ..self.clone() }
+        // flows in memory started elsewhere: they are right, but not to the last bit those asked for
+        Self { start, latest: Mutex::default(), ..self.on_the_same_clock() }
+    }
+
+    /// A copy whose time counts as that of the original.
+    pub fn on_the_same_clock(&self) -> Self {
+        Self { timing: Arc::clone(&self.timing), ..self.clone() }
     }
 
     pub fn nodes(&self, control_points: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -199,16 +230,16 @@ impl FlowAnalysis {
         nodes
     }
 
-    /// The solutions about a shape, one an operating point, or why there is none.
+    /// The solutions about a shape, one per operating point, or why there is none.
     pub fn solutions(&self, shape: &Shape<f64>) -> Vec<Result<Solution, DesignError>> {
         self.flows(self.nodes(shape.section.curve().control_points())).solutions.clone()
     }
 
     /// The flows about the section through `nodes`, from memory where they are those of the latest call.
     fn flows(&self, nodes: Vec<[f64; 2]>) -> Arc<Flows> {
-        let mut latest = self.latest.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Some(flows) = latest.as_ref().filter(|f| f.nodes == nodes) {
-            return Arc::clone(flows);
+        let known = self.latest().clone().filter(|f| f.nodes == nodes);
+        if let Some(flows) = known {
+            return flows;
         }
         let solutions = match PanelledSection::new(&nodes, self.edge) {
             Ok(section) => self.solve(&section),
@@ -216,8 +247,12 @@ impl FlowAnalysis {
         };
         let gradients = solutions.iter().map(|_| OnceLock::new()).collect();
         let flows = Arc::new(Flows { nodes, solutions, gradients });
-        *latest = Some(Arc::clone(&flows));
+        *self.latest() = Some(Arc::clone(&flows));
         flows
+    }
+
+    fn latest(&self) -> MutexGuard<'_, Option<Arc<Flows>>> {
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// All points at once, on as many threads as there are processors.
@@ -242,7 +277,7 @@ impl FlowAnalysis {
     }
 
     fn book(&self, entry: impl FnOnce(&mut FlowTiming)) {
-        entry(&mut self.timing.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
+        entry(&mut self.timing.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
     /// The points that a quantity is made of, with their shares.
@@ -341,7 +376,7 @@ fn in_parallel<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Ve
     in_parallel_with(items, || (), |(), item| of(item))
 }
 
-/// The same with something that each thread makes for itself first.
+/// Applies `of` to every item like [`in_parallel`], with a worker that each thread makes for itself first.
 pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
     items: &[T],
     make: impl Fn() -> W + Sync,
@@ -359,7 +394,7 @@ pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
             scope.spawn(|| {
                 let mut worker = make();
                 loop {
-                    let job = next.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).next();
+                    let job = next.lock().unwrap_or_else(PoisonError::into_inner).next();
                     let Some((item, place)) = job else { break };
                     *place = Some(of(&mut worker, item));
                 }

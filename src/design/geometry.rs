@@ -7,7 +7,7 @@ use crate::ffd::{FfdBox, LinearMap};
 use crate::scalar::Scalar;
 use crate::section::{Section, SectionDefinition};
 
-/// What stands between the undeformed section and the deformed one.
+/// The kind of deformation between the undeformed section and the deformed one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Deformation {
     /// Nothing: the section moves with its parameters only.
@@ -23,21 +23,21 @@ pub enum Deformation {
 pub struct Variable {
     /// Unique name: `dx[column,row]`, `dy[column,row]`, or the name of a section parameter.
     pub name: String,
-    /// Value at the start, in its own unit (chords; displacements are zero where nothing else is said).
+    /// Value at the start, in the unit of the variable (chords; displacements are zero where nothing else is said).
     pub start: f64,
     /// Step of the variable that the optimiser sees as one.
     pub scale: f64,
-    /// Bounds in its own unit.
+    /// Bounds in the unit of the variable.
     pub bounds: Bounds,
     /// A natural size of change, for choosing finite-difference steps.
     pub step: f64,
-    /// What it moves.
-    pub(super) kind: VariableKind,
+    /// The thing that the variable moves.
+    pub(crate) kind: VariableKind,
 }
 
-/// What a variable moves.
+/// The thing that a variable moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum VariableKind {
+pub(crate) enum VariableKind {
     /// Parameter of the section definition, by position.
     Parameter(usize),
     /// Variable of the box motion, by position.
@@ -82,7 +82,7 @@ pub struct Shape<S = f64> {
 /// A shape with its derivative with respect to every variable, in the variables' own units.
 #[derive(Debug, Clone)]
 pub struct LinearisedShape {
-    /// The shape.
+    /// The shape at the given variables.
     pub shape: Shape<f64>,
     /// For each variable, the derivative of every control point of the section.
     pub section_tangents: Vec<Vec<[f64; 2]>>,
@@ -97,7 +97,7 @@ impl Geometry {
     ///
     /// # Errors
     /// A section that cannot be built or is not inside the box, and those of `motion`.
-    pub(super) fn new(
+    pub(crate) fn new(
         definition: SectionDefinition,
         parameters: Vec<f64>,
         deformation: Deformation,
@@ -119,7 +119,7 @@ impl Geometry {
     }
 
     /// Chooses the variables.
-    pub(super) fn set_variables(&mut self, variables: Vec<Variable>) {
+    pub(crate) fn set_variables(&mut self, variables: Vec<Variable>) {
         self.variables = variables;
     }
 
@@ -129,12 +129,12 @@ impl Geometry {
     }
 
     /// All parameters of the definition at the start.
-    pub(super) fn parameters(&self) -> &[f64] {
+    pub(crate) fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
     /// The motion of the net.
-    pub(super) fn motion(&self) -> &BoxMotion {
+    pub(crate) fn motion(&self) -> &BoxMotion {
         &self.motion
     }
 
@@ -167,7 +167,7 @@ impl Geometry {
     }
 
     /// The undeformed net.
-    pub(super) fn initial_net(&self) -> &[[f64; 2]] {
+    pub(crate) fn initial_net(&self) -> &[[f64; 2]] {
         &self.net
     }
 
@@ -291,7 +291,7 @@ impl Geometry {
     }
 
     /// Names, axes and start values of the motion variables and parameters, for building [`Variable`]s.
-    pub(super) fn motion_variables(&self) -> Vec<(String, Axis)> {
+    pub(crate) fn motion_variables(&self) -> Vec<(String, Axis)> {
         self.motion.names().into_iter().zip(self.motion.axes()).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! A design problem: variables, objectives, constraints, and the case file they come from.
+//! A design problem: variables, objectives and constraints.
 //!
 //! **design variables → section → FFD box → deformed section → quantities → objective and constraints**, written once
 //! over any scalar ([`DesignProblem::quantities_at`]). What optimisers use ([`Problem`]) gets the same derivatives
@@ -8,7 +8,6 @@
 //! Depends on [`flow`](crate::flow), [`section`](crate::section), [`ffd`](crate::ffd), [`spline`](crate::spline),
 //! [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
 
-mod case;
 mod design_problem;
 mod error;
 mod flow_analysis;
@@ -19,14 +18,15 @@ mod problem;
 mod quantity;
 mod shape_error;
 
-#[cfg(feature = "command")]
-pub(crate) use case::nearest;
-pub use case::{BuiltinCase, Case, CaseError, OptimizerSettings, builtin_cases};
 pub use design_problem::{Constraint, DesignProblem, ShapeFlows};
 pub use error::DesignError;
+pub(crate) use flow_analysis::FlowAnalysis;
 pub use flow_analysis::{FlowOutput, FlowQuantity, FlowTiming, OperatingPoint};
+pub(crate) use geometry::{Deformation, VariableKind};
 pub use geometry::{Geometry, LinearisedShape, Shape, Variable};
 pub use gradient_check::{DerivativeCheck, check_gradients};
-pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem};
+pub(crate) use motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
+pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
+pub(crate) use quantity::Instruments;
 pub use quantity::Quantity;
 pub use shape_error::{ShapeError, ShapeNorm};

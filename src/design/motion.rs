@@ -45,7 +45,7 @@ pub struct Tie {
     pub coefficients: Vec<f64>,
 }
 
-/// What the designer says about the movement of a box.
+/// Rules for the movement of a box, as the designer gives them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MotionRules {
     /// Components that are design variables; a group is free when one of its components is selected.

@@ -1,4 +1,4 @@
-//! What an optimiser sees of a design problem.
+//! The view that an optimiser has of a design problem.
 
 use nalgebra::DMatrix;
 
@@ -9,21 +9,28 @@ use nalgebra::DMatrix;
 pub struct Evaluation {
     /// The objective, to be minimised.
     pub objective: f64,
-    /// Gradient of the objective, one entry a variable.
+    /// Gradient of the objective, one entry per variable.
     pub gradient: Vec<f64>,
-    /// Constraint values, in the order of [`Problem::constraint_bounds`].
+    /// Constraint values, in the order of [`ProblemDescription::constraint_bounds`].
     pub constraints: Vec<f64>,
-    /// Gradients of the constraints, one row a constraint.
+    /// Gradients of the constraints, one row per constraint.
     pub jacobian: Vec<Vec<f64>>,
-    /// Further values for the history, in the order of [`Problem::value_names`].
+    /// Further values for the history, in the order of [`ProblemDescription::value_names`].
     pub values: Vec<f64>,
+}
+
+impl Evaluation {
+    /// Largest violation of a constraint with these bounds; 0 without constraints.
+    pub fn violation(&self, constraint_bounds: &[Bounds]) -> f64 {
+        self.constraints.iter().zip(constraint_bounds).map(|(&c, b)| b.violation(c)).fold(0.0, f64::max)
+    }
 }
 
 /// An analysis that has no value at some point: recoverable, the optimiser takes a shorter step.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
 #[error("{reason}")]
 pub struct AnalysisFailure {
-    /// What went wrong, in a sentence.
+    /// The reason in a sentence.
     pub reason: String,
 }
 
@@ -37,7 +44,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// No bounds.
+    /// Bounds that every number meets.
     pub const FREE: Self = Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY };
 
     /// Whether neither side is bounded.
@@ -51,22 +58,29 @@ impl Bounds {
     }
 }
 
+/// Names, bounds and start: all that is known of a problem before anything is evaluated.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProblemDescription {
+    /// Names of the variables (length n).
+    pub variable_names: Vec<String>,
+    /// Point at which an optimisation starts (length n), in scaled variables.
+    pub start: Vec<f64>,
+    /// Bounds of the scaled variables (length n).
+    pub variable_bounds: Vec<Bounds>,
+    /// Names of the constraints (length m).
+    pub constraint_names: Vec<String>,
+    /// Bounds of the constraints (length m).
+    pub constraint_bounds: Vec<Bounds>,
+    /// Names of the further values that an evaluation reports.
+    pub value_names: Vec<String>,
+}
+
 /// A smooth problem: minimise `objective(x)` with `x` in bounds and `constraints(x)` in bounds.
 ///
 /// Variables are scaled: a step of one is a large but sensible change of the shape.
 pub trait Problem {
-    /// Names of the variables, one each.
-    fn variable_names(&self) -> &[String];
-    /// Where the optimisation starts.
-    fn start(&self) -> &[f64];
-    /// Bounds of the variables, one each.
-    fn variable_bounds(&self) -> &[Bounds];
-    /// Names of the constraints, one each.
-    fn constraint_names(&self) -> &[String];
-    /// Bounds of the constraints, one each.
-    fn constraint_bounds(&self) -> &[Bounds];
-    /// Names of the further values, one each.
-    fn value_names(&self) -> &[String];
+    /// Names, bounds and start, which do not depend on the point.
+    fn description(&self) -> &ProblemDescription;
     /// Values and exact first derivatives at `x`.
     ///
     /// # Errors
@@ -84,5 +98,27 @@ pub trait Problem {
     /// `s` with `sᵀ M s` up to some square radius. `None`, the default, is the identity.
     fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
         None
+    }
+}
+
+impl<P: Problem + ?Sized> Problem for &mut P {
+    fn description(&self) -> &ProblemDescription {
+        (**self).description()
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+        (**self).evaluate(x)
+    }
+
+    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
+        (**self).evaluate_near(base, points)
+    }
+
+    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        (**self).hessian(x)
+    }
+
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        (**self).metric(x)
     }
 }

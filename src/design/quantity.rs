@@ -23,7 +23,7 @@ pub enum Quantity {
         column: usize,
         /// Row of the control point.
         row: usize,
-        /// Its position in the list of control points.
+        /// Position of the control point in the list of all of them.
         index: usize,
     },
     /// A measure of the section.
@@ -34,7 +34,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// The quantity of a name: `shape_error`, `fold_penalty`, or a measure of the section. Those of a flow belong to an
-    /// operating point and are made by [`Case`](super::Case).
+    /// operating point and are made by `Case` of the module [`case`](crate::case).
     ///
     /// # Errors
     /// An unknown name.
@@ -58,9 +58,9 @@ impl Quantity {
     }
 }
 
-/// What the quantities of one problem need beside the shape.
+/// Target, penalty and flow: the things that quantities of a problem need beside the shape.
 #[derive(Debug, Clone)]
-pub(super) struct Instruments {
+pub(crate) struct Instruments {
     pub shape_error: Option<ShapeError>,
     pub penalty: Option<BoxPenalty<2>>,
     pub flow: Option<FlowAnalysis>,
@@ -71,11 +71,8 @@ impl Instruments {
     pub fn value<S: Scalar>(&self, quantity: &Quantity, shape: &Shape<S>) -> Result<S, DesignError> {
         let value = match quantity {
             Quantity::ShapeError => self.error()?.value(shape.section.curve().control_points()),
-            // without a box nothing folds
-            Quantity::FoldPenalty => self.penalty.as_ref().map_or(S::from(0.0), |p| p.value(&shape.net)),
-            Quantity::FoldIndicator { index, .. } => {
-                self.penalty.as_ref().map_or(S::from(1.0), |p| p.indicator_at(*index, &shape.net))
-            }
+            Quantity::FoldPenalty => self.penalty()?.value(&shape.net),
+            Quantity::FoldIndicator { index, .. } => self.penalty()?.indicator_at(*index, &shape.net),
             Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
             Quantity::Flow(flow) => self.flow()?.value(flow, shape.section.curve().control_points())?,
         };
@@ -85,6 +82,10 @@ impl Instruments {
 
     pub fn error(&self) -> Result<&ShapeError, DesignError> {
         self.shape_error.as_ref().ok_or(DesignError::NoTarget)
+    }
+
+    pub fn penalty(&self) -> Result<&BoxPenalty<2>, DesignError> {
+        self.penalty.as_ref().ok_or(DesignError::NoBox)
     }
 
     pub fn flow(&self) -> Result<&FlowAnalysis, DesignError> {
@@ -98,18 +99,15 @@ impl Instruments {
         section: &Section<f64>,
         tangents: &[Vec<[f64; 2]>],
     ) -> Result<(f64, Vec<f64>), DesignError> {
-        let n = tangents.len();
-        let mut value = 0.0;
-        let mut gradient = vec![0.0; n];
-        for first in (0..n).step_by(crate::differentiate::CHUNK) {
-            let chunk = first..(first + crate::differentiate::CHUNK).min(n);
-            let seeded = seed(section, &tangents[chunk.clone()])?;
-            let result = measure.evaluate(&seeded)?;
-            value = result.re;
-            if let Some(eps) = result.eps.0 {
-                chunk.for_each(|k| gradient[k] = eps[k - first]);
-            }
+        let mut value = Err(DesignError::NothingFree);
+        let mut gradient = Vec::with_capacity(tangents.len());
+        for chunk in tangents.chunks(crate::differentiate::CHUNK) {
+            let result = measure.evaluate(&seed(section, chunk)?)?;
+            value = Ok(result.re);
+            // a result without a derivative part depends on no direction
+            gradient.extend((0..chunk.len()).map(|slot| result.eps.0.map_or(0.0, |eps| eps[slot])));
         }
+        let value = value?;
         let quantity = Quantity::Measure(*measure);
         finite(&quantity, value)?;
         gradient.iter().try_for_each(|g| finite(&quantity, *g))?;

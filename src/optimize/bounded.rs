@@ -1,6 +1,6 @@
 //! Bounds on variables by a smooth change of variables.
 
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::{Dual2_64, second_derivative};
@@ -26,8 +26,7 @@ pub struct Bounded<P> {
     inner: P,
     /// One for each variable; empty without bounds.
     bounds: Vec<Bounds>,
-    start: Vec<f64>,
-    free: Vec<Bounds>,
+    description: ProblemDescription,
     /// Where the inner problem was evaluated last, and its gradient there.
     last: Option<(Vec<f64>, Vec<f64>)>,
 }
@@ -72,15 +71,14 @@ fn outside(x: f64, bounds: Bounds) -> f64 {
 impl<P: Problem> Bounded<P> {
     /// Wraps a problem. Its bounds must leave room, lower ≤ upper; the start may be anywhere.
     pub fn new(inner: P) -> Self {
-        let n = inner.variable_bounds().len();
-        let bounded = inner.variable_bounds().iter().any(|b| !b.is_free());
-        let bounds = if bounded { inner.variable_bounds().to_vec() } else { Vec::new() };
-        let start = if bounded {
-            inner.start().iter().zip(&bounds).map(|(&x, &b)| outside(x, b)).collect()
-        } else {
-            inner.start().to_vec()
-        };
-        Self { inner, bounds, start, free: vec![Bounds::FREE; n], last: None }
+        let mut description = inner.description().clone();
+        let mut bounds = Vec::new();
+        if description.variable_bounds.iter().any(|b| !b.is_free()) {
+            let free = vec![Bounds::FREE; description.variable_bounds.len()];
+            bounds = std::mem::replace(&mut description.variable_bounds, free);
+            description.start.iter_mut().zip(&bounds).for_each(|(x, &b)| *x = outside(*x, b));
+        }
+        Self { inner, bounds, description, last: None }
     }
 
     /// The wrapped problem.
@@ -118,28 +116,8 @@ impl<P: Problem> Bounded<P> {
 }
 
 impl<P: Problem> Problem for Bounded<P> {
-    fn variable_names(&self) -> &[String] {
-        self.inner.variable_names()
-    }
-
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        &self.free
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        self.inner.constraint_names()
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        self.inner.constraint_bounds()
-    }
-
-    fn value_names(&self) -> &[String] {
-        self.inner.value_names()
+    fn description(&self) -> &ProblemDescription {
+        &self.description
     }
 
     fn evaluate(&mut self, z: &[f64]) -> Result<Evaluation, AnalysisFailure> {
@@ -223,23 +201,23 @@ mod tests {
         }
     }
 
-    fn mixed() -> Case<Rosenbrock> {
+    fn mixed() -> Unconstrained<Rosenbrock> {
         let mut case = rosenbrock(5);
-        case.bounds = MIXED.to_vec();
-        case.start = vec![0.3, -0.4, 2.0, -5.0, 7.0];
+        case.description.variable_bounds = MIXED.to_vec();
+        case.description.start = vec![0.3, -0.4, 2.0, -5.0, 7.0];
         case
     }
 
     #[test]
     fn start_maps_back() {
         let problem = Bounded::new(mixed());
-        let x = problem.unwrap_point(problem.start());
+        let x = problem.unwrap_point(&problem.description().start);
         assert_relative_eq!(x[..], [0.3, -0.4, 2.0, -5.0, 0.25], epsilon = 1e-14);
         // at and beyond the bounds, starts move inside
         let mut case = mixed();
-        case.start = vec![0.3, 9.0, -1.0, 3.5, 0.25];
+        case.description.start = vec![0.3, 9.0, -1.0, 3.5, 0.25];
         let problem = Bounded::new(case);
-        let x = problem.unwrap_point(problem.start());
+        let x = problem.unwrap_point(&problem.description().start);
         assert_relative_eq!(x[..], [0.3, 0.5 - 2.5e-3, -0.999, 2.999, 0.25], epsilon = 1e-14);
     }
 
@@ -274,25 +252,10 @@ mod tests {
 
     #[test]
     fn rows_of_the_jacobian_follow_the_chain_rule() {
-        struct Linear(Case<Rosenbrock>);
+        struct Linear(Unconstrained<Rosenbrock>);
         impl Problem for Linear {
-            fn variable_names(&self) -> &[String] {
-                self.0.variable_names()
-            }
-            fn start(&self) -> &[f64] {
-                self.0.start()
-            }
-            fn variable_bounds(&self) -> &[Bounds] {
-                self.0.variable_bounds()
-            }
-            fn constraint_names(&self) -> &[String] {
-                &[]
-            }
-            fn constraint_bounds(&self) -> &[Bounds] {
-                &[]
-            }
-            fn value_names(&self) -> &[String] {
-                &[]
+            fn description(&self) -> &ProblemDescription {
+                self.0.description()
             }
             fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
                 let jacobian = vec![vec![1.0; 5], vec![2.0; 5]];
@@ -315,7 +278,7 @@ mod tests {
     fn without_bounds_nothing_is_touched() {
         let mut problem = Bounded::new(rosenbrock(4));
         let z = [0.1, 0.2, 0.3, 0.4];
-        assert_eq!(problem.start(), rosenbrock(4).start());
+        assert_eq!(problem.description(), rosenbrock(4).description());
         assert_eq!(problem.evaluate(&z), rosenbrock(4).evaluate(&z));
         assert_eq!(problem.hessian(&z), rosenbrock(4).hessian(&z));
         assert_eq!(problem.unwrap_point(&z), z);

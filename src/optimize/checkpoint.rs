@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 pub struct Checkpoint {
     /// Identifies the case with all that its evaluations and the optimiser's path depend on; compared as text.
     pub case: String,
-    /// The evaluations.
+    /// The evaluations of the run so far.
     pub journal: Journal,
 }
 
@@ -28,47 +28,47 @@ pub enum CheckpointError {
     /// The file cannot be written.
     #[error("cannot write the checkpoint {}: {source}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The file cannot be read.
     #[error("cannot read the checkpoint {}: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The file ends too early.
     #[error("the checkpoint {} is cut off; remove it and start anew", path.display())]
     Truncated {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The file is no checkpoint.
     #[error("{} is not a checkpoint ({reason}); remove it and start anew", path.display())]
     Malformed {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What does not fit.
+        /// The part that does not fit, in words.
         reason: String,
     },
     /// The file was written by another version.
     #[error("the checkpoint {} has format {found}, this program reads format {expected}; remove it and start anew", path.display())]
     Version {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Its format.
+        /// Format of the file.
         found: u64,
-        /// The format known.
+        /// Format that this program reads.
         expected: u64,
     },
     /// The file belongs to another case.
     #[error("the checkpoint {} belongs to another case or other settings; choose another output directory or start anew", path.display())]
     ForeignCase {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The case it belongs to.
         found: String,
@@ -126,7 +126,7 @@ impl Checkpoint {
     }
 }
 
-/// What can be read of any version.
+/// The part of a checkpoint that every version has.
 #[derive(Deserialize)]
 struct Header {
     aeroform_checkpoint: u64,

@@ -118,7 +118,7 @@ fn solves_by<F: VectorFunction<Error = Infallible>>(
     most: usize,
 ) -> Outcome {
     let outcome = run(method, &mut case);
-    assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+    assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
     assert_relative_eq!(
         outcome.evaluation.as_ref().unwrap().objective,
         objective,
@@ -132,7 +132,7 @@ fn solves_by<F: VectorFunction<Error = Infallible>>(
     assert_eq!(outcome.evaluations, case.asked.len());
     // bounds hold at every point asked for
     for point in &case.asked {
-        assert!(point.iter().zip(&case.bounds).all(|(x, b)| b.violation(*x) == 0.0));
+        assert!(point.iter().zip(&case.description.variable_bounds).all(|(x, b)| b.violation(*x) == 0.0));
     }
     outcome
 }
@@ -184,11 +184,11 @@ fn a_curved_valley_with_two_sided_constraints_from_an_infeasible_start() {
         for method in methods(1e-7, Limits::default()) {
             case = first.clone();
             let outcome = run(&method, &mut case);
-            assert_eq!(outcome.status, Status::Converged, "{n} {sum:?}: {}", outcome.message);
+            assert_eq!(outcome.status, Termination::Converged, "{n} {sum:?}: {}", outcome.message);
             // the conditions, from the evaluation itself
             let evaluation = outcome.evaluation.unwrap();
             for (k, multiplier) in outcome.multipliers.iter().enumerate() {
-                let (value, bounds) = (evaluation.constraints[k], case.constraint_bounds[k]);
+                let (value, bounds) = (evaluation.constraints[k], case.description.constraint_bounds[k]);
                 assert!(bounds.violation(value) <= 1e-9);
                 let equality = bounds.lower == bounds.upper;
                 assert!(*multiplier <= 0.0 || equality || (value - bounds.lower).abs() < 1e-6);
@@ -221,7 +221,7 @@ fn multipliers_are_the_slope_of_the_optimum() {
 fn without_constraints() {
     for method in tight() {
         let outcome = run(&method, &mut rosenbrock(8));
-        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
         outcome.x.iter().for_each(|&x| assert_relative_eq!(x, 1.0, epsilon = 1e-6));
         let outcome = run(&method, &mut rosenbrock(2).bounded(-2.0, 0.8));
         assert_relative_eq!(outcome.x[..], [0.8, 0.64], epsilon = 1e-6);
@@ -238,22 +238,22 @@ fn failed_analyses_are_rejected_steps() {
         let outcome = run(&method, &mut hindered);
         assert!(outcome.failures > 0, "{outcome:?}");
         if method.name() == Slsqp::NAME {
-            assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+            assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
             assert!(outcome.message.contains("failed on the way"), "{}", outcome.message);
             assert_relative_eq!(outcome.x[..], free.x[..], epsilon = 1e-6);
         } else {
             // a trust region creeps up to the wall and says so
-            assert!(matches!(outcome.status, Status::Converged | Status::Failed), "{}", outcome.message);
+            assert!(matches!(outcome.status, Termination::Converged | Termination::Failed), "{}", outcome.message);
         }
         // a wall in front of the optimum
         let outcome = run(&method, &mut case().failing(|x| x[0] > 0.1 || x[0] < -1.0));
         if method.name() == Slsqp::NAME {
-            assert_eq!(outcome.status, Status::Failed, "{}", outcome.message);
+            assert_eq!(outcome.status, Termination::Failed, "{}", outcome.message);
             assert!(outcome.message.contains("the test forbids it"), "{}", outcome.message);
         }
         assert!(outcome.x[0] <= 0.1 && outcome.evaluation.is_some());
         let outcome = run(&method, &mut case().failing(|_| true));
-        assert_eq!((outcome.status, outcome.evaluations), (Status::Failed, 1));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::Failed, 1));
         assert!(outcome.evaluation.is_none() && outcome.multipliers.is_empty());
     }
 }
@@ -264,13 +264,13 @@ fn an_infeasible_problem_is_reported_with_what_stands_against_what() {
         // a disk of radius 1 and a half plane beyond it
         let mut case = Constrained::new(Disk, &[0.3, -0.4], &[(-INFINITY, 1.0), (3.0, INFINITY)]);
         let outcome = run(&method, &mut case);
-        assert_eq!(outcome.status, Status::Infeasible, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Infeasible, "{}", outcome.message);
         assert!(outcome.message.contains("c1 is") && outcome.message.contains("the minimum 3"), "{}", outcome.message);
         assert!(outcome.violation > 0.5);
         // bounds against a constraint
         let mut case = Constrained::new(Disk, &[0.3, -0.4], &[(-INFINITY, 9.0), (3.0, 3.0)]).bounded(-1.0, 1.0);
         let outcome = run(&method, &mut case);
-        assert_eq!(outcome.status, Status::Infeasible, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Infeasible, "{}", outcome.message);
         assert!(outcome.message.contains("bounds of variables"), "{}", outcome.message);
         assert_relative_eq!(outcome.x[..], [1.0, 1.0], epsilon = 1e-6);
         assert_relative_eq!(outcome.violation, 1.0, epsilon = 1e-6);
@@ -282,7 +282,7 @@ fn limits_and_observers_end_the_run_with_the_best_feasible_design() {
     let case = || Constrained::new(Hs43, &[0.0; 4], &[(-INFINITY, 8.0), (-INFINITY, 10.0), (-INFINITY, 5.0)]);
     for method in methods(1e-8, Limits { evaluations: 100, iterations: 5 }) {
         let outcome = run(&method, &mut case());
-        assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 5));
+        assert_eq!((outcome.status, outcome.iterations), (Termination::IterationLimit, 5));
     }
     for evaluations in 1..12 {
         for method in methods(1e-8, Limits { evaluations, iterations: 100 }) {
@@ -294,7 +294,7 @@ fn limits_and_observers_end_the_run_with_the_best_feasible_design() {
                     ControlFlow::Continue(())
                 })
                 .unwrap();
-            assert_eq!((outcome.status, outcome.evaluations), (Status::EvaluationLimit, evaluations));
+            assert_eq!((outcome.status, outcome.evaluations), (Termination::EvaluationLimit, evaluations));
             let feasible = seen.iter().filter(|(v, _)| *v <= 1e-9).map(|(_, f)| *f).fold(INFINITY, f64::min);
             assert_eq!(outcome.evaluation.unwrap().objective, feasible);
         }
@@ -303,7 +303,7 @@ fn limits_and_observers_end_the_run_with_the_best_feasible_design() {
         &mut |p: &Progress<'_>| if p.evaluation == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     for method in tight() {
         let outcome = method.minimize(&mut case(), stop).unwrap();
-        assert_eq!((outcome.status, outcome.evaluations), (Status::Interrupted, 4));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::Interrupted, 4));
     }
 }
 
@@ -338,7 +338,7 @@ fn unfit_problems_and_settings_are_errors() {
     };
     let mut case = Constrained::new(Disk, &[0.0, 0.0], &[(1.0, 0.5), (0.0, 1.0)]);
     assert!(matches!(attempt(&mut case, &Slsqp::default()), OptimizeError::EmptyConstraint { .. }));
-    case.constraint_bounds.truncate(1);
+    case.description.constraint_bounds.truncate(1);
     assert!(matches!(attempt(&mut case, &Slsqp::default()), OptimizeError::ConstraintBounds { .. }));
     let mut case = Constrained::new(Disk, &[0.0, 0.0], &[(0.0, 1.0), (0.0, 1.0)]);
     for method in [

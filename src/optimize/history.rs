@@ -1,6 +1,6 @@
 //! The history of a run.
 
-use super::Progress;
+use super::outcome::Progress;
 use crate::design::Problem;
 use std::fmt::Write;
 
@@ -14,11 +14,11 @@ pub struct History {
     header: Vec<String>,
     /// How many columns of values a row has.
     values: usize,
-    rows: Vec<Row>,
+    rows: Vec<HistoryRow>,
 }
 
 #[derive(Debug, Clone)]
-struct Row {
+struct HistoryRow {
     evaluation: usize,
     iteration: usize,
     objective: f64,
@@ -32,7 +32,13 @@ struct Row {
 impl History {
     /// An empty history with the columns of `problem`.
     pub fn new(problem: &dyn Problem) -> Self {
-        let names: Vec<_> = problem.constraint_names().iter().chain(problem.value_names()).map(|n| quoted(n)).collect();
+        let names: Vec<_> = problem
+            .description()
+            .constraint_names
+            .iter()
+            .chain(&problem.description().value_names)
+            .map(|n| quoted(n))
+            .collect();
         let values = names.len();
         let mut header: Vec<_> = ["evaluation", "iteration", "objective"].map(String::from).into();
         header.extend(names);
@@ -47,7 +53,7 @@ impl History {
             Err(_) => (f64::NAN, Vec::new()),
         };
         values.resize(self.values, f64::NAN);
-        self.rows.push(Row {
+        self.rows.push(HistoryRow {
             evaluation: progress.evaluation,
             iteration: progress.iteration,
             objective,
@@ -133,7 +139,7 @@ mod tests {
     #[test]
     fn names_are_quoted_and_gaps_are_empty() {
         let mut case = rosenbrock(2);
-        case.constraints = vec!["area".into(), "thickness, \"aft\"".into()];
+        case.description.constraint_names = vec!["area".into(), "thickness, \"aft\"".into()];
         let mut history = History::new(&case);
         let evaluation = Evaluation {
             objective: 0.1,

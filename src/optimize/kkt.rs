@@ -1,7 +1,7 @@
 //! First-order optimality under constraints: multipliers, and what they leave of the gradient.
 
-use super::ledger::{Ledger, dot, norm, violation};
 use super::outcome::projected_gradient;
+use super::vector::{dot, norm};
 use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector};
 
@@ -18,23 +18,23 @@ pub(super) struct Optimality {
     pub multipliers: Vec<f64>,
     /// Largest entry of the projected gradient of the Lagrangian, or of multiplier times distance from its bound.
     pub residual: f64,
-    /// Its Euclidean norm.
+    /// Euclidean norm of the projected gradient of the Lagrangian.
     pub norm: f64,
 }
 
-/// A point a method stands at.
+/// A point that a method has reached, with its evaluation and how far it is from a constrained minimum.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(super) struct Iterate {
     pub x: Vec<f64>,
     pub evaluation: Evaluation,
     pub optimality: Optimality,
     pub violation: f64,
 }
 
-impl Point {
-    pub fn new(ledger: &Ledger<'_>, x: &[f64], evaluation: Evaluation) -> Self {
-        let optimality = optimality(ledger, x, &evaluation);
-        let violation = violation(&evaluation, ledger.constraint_bounds());
+impl Iterate {
+    pub fn new(problem: &dyn Problem, x: &[f64], evaluation: Evaluation) -> Self {
+        let optimality = optimality(problem, x, &evaluation);
+        let violation = evaluation.violation(&problem.description().constraint_bounds);
         Self { x: x.to_vec(), evaluation, optimality, violation }
     }
 
@@ -58,23 +58,23 @@ const SMALL_CHANGE: f64 = 1e-8;
 
 /// Which side of its bounds a value has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum ActiveBound {
     Lower,
     Upper,
     Equal,
 }
 
 /// The side reached by `value`, with `slope` the norm of its gradient.
-pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<Side> {
+pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<ActiveBound> {
     let near = REACHED * slope;
     if bounds.lower == bounds.upper {
-        return Some(Side::Equal);
+        return Some(ActiveBound::Equal);
     }
     let (below, above) = (value - bounds.lower <= near, bounds.upper - value <= near);
     match (below, above) {
-        (true, true) if value - bounds.lower > bounds.upper - value => Some(Side::Upper),
-        (true, _) => Some(Side::Lower),
-        (false, true) => Some(Side::Upper),
+        (true, true) if value - bounds.lower > bounds.upper - value => Some(ActiveBound::Upper),
+        (true, _) => Some(ActiveBound::Lower),
+        (false, true) => Some(ActiveBound::Upper),
         (false, false) => None,
     }
 }
@@ -84,7 +84,7 @@ pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<Side> {
 /// The multipliers minimise the norm of what is left of the gradient over all multipliers of the right sign for what is
 /// reached at `x` (violated constraints included). They depend on the point only, not on the way to it.
 pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluation) -> Optimality {
-    let bounds = problem.variable_bounds();
+    let bounds = &problem.description().variable_bounds;
     let multipliers = if evaluation.constraints.is_empty() {
         Vec::new()
     } else {
@@ -106,7 +106,7 @@ pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluati
     let (largest, squares) =
         projected_gradient(x, &gradient, bounds).fold((0.0, 0.0), |(l, s): (f64, f64), g| (l.max(g.abs()), s + g * g));
     // a constraint that pulls must be at its bound
-    let values = evaluation.constraints.iter().zip(problem.constraint_bounds()).zip(&multipliers);
+    let values = evaluation.constraints.iter().zip(&problem.description().constraint_bounds).zip(&multipliers);
     let slack = values
         .filter(|(_, m)| **m != 0.0)
         .map(|((value, b), m)| m.abs() * if *m > 0.0 { (value - b.lower).abs() } else { (b.upper - value).abs() });
@@ -121,24 +121,24 @@ fn active(
     x: &[f64],
     evaluation: &Evaluation,
     wanted: &dyn Fn(usize) -> bool,
-) -> (Vec<Option<usize>>, Vec<Column>) {
+) -> (Vec<Option<usize>>, Vec<ActiveGradient>) {
     let (mut numbers, mut columns) = (Vec::new(), Vec::new());
-    let mut push = |number: Option<usize>, gradient: Vec<f64>, side: Side| {
+    let mut push = |number: Option<usize>, gradient: Vec<f64>, side: ActiveBound| {
         let (sign, free) = match side {
-            Side::Lower => (1.0, false),
-            Side::Upper => (-1.0, false),
-            Side::Equal => (1.0, true),
+            ActiveBound::Lower => (1.0, false),
+            ActiveBound::Upper => (-1.0, false),
+            ActiveBound::Equal => (1.0, true),
         };
         numbers.push(number);
-        columns.push(Column { gradient, sign, free });
+        columns.push(ActiveGradient { gradient, sign, free });
     };
-    let rows = evaluation.constraints.iter().zip(&evaluation.jacobian).zip(problem.constraint_bounds());
+    let rows = evaluation.constraints.iter().zip(&evaluation.jacobian).zip(&problem.description().constraint_bounds);
     for (number, ((&value, row), bounds)) in rows.enumerate().filter(|(number, _)| wanted(*number)) {
         if let Some(side) = reached(value, bounds, norm(row)) {
             push(Some(number), row.clone(), side);
         }
     }
-    for (i, (&value, bounds)) in x.iter().zip(problem.variable_bounds()).enumerate() {
+    for (i, (&value, bounds)) in x.iter().zip(&problem.description().variable_bounds).enumerate() {
         if let Some(side) = reached(value, bounds, 1.0) {
             let mut unit = vec![0.0; x.len()];
             unit[i] = 1.0;
@@ -148,19 +148,20 @@ fn active(
     (numbers, columns)
 }
 
-/// What keeps the violated constraints from being met: the other constraints that push against them at `x`, and
-/// whether the variables' bounds do.
+/// The reasons that keep the violated constraints from being met: the other constraints that push against them at `x`,
+/// and whether the variables' bounds do.
 pub(super) fn opposition(
     problem: &dyn Problem,
     x: &[f64],
     evaluation: &Evaluation,
     tolerance: f64,
 ) -> (Vec<usize>, bool) {
-    let violated = |k: usize| problem.constraint_bounds()[k].violation(evaluation.constraints[k]) > tolerance;
+    let violated =
+        |k: usize| problem.description().constraint_bounds[k].violation(evaluation.constraints[k]) > tolerance;
     // the way that reduces the violations, each measured as a distance in the variables
     let mut wanted = vec![0.0; x.len()];
     for (k, row) in evaluation.jacobian.iter().enumerate().filter(|(k, _)| violated(*k)) {
-        let short = evaluation.constraints[k] < problem.constraint_bounds()[k].lower;
+        let short = evaluation.constraints[k] < problem.description().constraint_bounds[k].lower;
         let slope = norm(row).max(f64::MIN_POSITIVE);
         wanted.iter_mut().zip(row).for_each(|(w, a)| *w += if short { a / slope } else { -a / slope });
     }
@@ -179,7 +180,7 @@ pub(super) fn opposition(
 }
 
 /// One column of a least-squares problem.
-struct Column {
+struct ActiveGradient {
     gradient: Vec<f64>,
     /// The unknown is a nonnegative weight of `sign · gradient`.
     sign: f64,
@@ -189,7 +190,7 @@ struct Column {
 
 /// Weights `w` (nonnegative, but for free columns) that minimise `‖Σ w_k sign_k gradient_k − wanted‖` by the active-set
 /// method of Lawson and Hanson (Solving Least Squares Problems, chapter 23).
-fn nonnegative_least_squares(columns: &[Column], wanted: &[f64]) -> Vec<f64> {
+fn nonnegative_least_squares(columns: &[ActiveGradient], wanted: &[f64]) -> Vec<f64> {
     let lengths: Vec<f64> = columns.iter().map(|c| norm(&c.gradient)).collect();
     let unit = |k: usize, i: usize| columns[k].sign * columns[k].gradient[i] / lengths[k];
     let mut weights = vec![0.0; columns.len()];
@@ -250,8 +251,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn column(gradient: &[f64], free: bool) -> Column {
-        Column { gradient: gradient.to_vec(), sign: 1.0, free }
+    fn column(gradient: &[f64], free: bool) -> ActiveGradient {
+        ActiveGradient { gradient: gradient.to_vec(), sign: 1.0, free }
     }
 
     #[test]
@@ -278,8 +279,8 @@ mod tests {
         };
         for trial in 0..200 {
             let (n, k) = (2 + trial % 9, 1 + trial % 7);
-            let mut columns: Vec<Column> = (0..k)
-                .map(|j| Column {
+            let mut columns: Vec<ActiveGradient> = (0..k)
+                .map(|j| ActiveGradient {
                     gradient: (0..n).map(|_| random()).collect(),
                     sign: if random() > 0.0 { 1.0 } else { -1.0 },
                     free: j % 3 == 2,
@@ -288,7 +289,7 @@ mod tests {
             if trial % 4 == 0 {
                 // two constraints that are the same
                 let twin = columns[0].gradient.clone();
-                columns.push(Column { gradient: twin, sign: columns[0].sign, free: false });
+                columns.push(ActiveGradient { gradient: twin, sign: columns[0].sign, free: false });
             }
             let wanted: Vec<f64> = (0..n).map(|_| random()).collect();
             let weights = nonnegative_least_squares(&columns, &wanted);

@@ -1,14 +1,21 @@
 //! The ledger of a run: it stands between method and problem, counts, times, reports, keeps the best point and
 //! enforces the limits.
 
-use super::kkt::{Optimality, Point, optimality};
-use super::{Limits, OptimizeError, Outcome, Progress, Status};
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use super::kkt::{Iterate, Optimality, optimality};
+use super::optimizer::Limits;
+use super::outcome::{OptimizeError, Outcome, Progress, Termination};
+use super::vector::distance;
+use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// What ends a run from outside of the method.
+/// The refusal of an evaluation after the run has ended.
+#[derive(Debug, thiserror::Error)]
+#[error("the run has ended")]
+pub(super) struct Halted;
+
+/// The event outside of the method that ends a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Halt {
     /// No evaluation is left.
@@ -69,9 +76,9 @@ impl<'a> Ledger<'a> {
 
     /// The point that a run which ends at `point` hands out: the best so far, which is the lowest objective among the
     /// feasible ones, and the least violation before there are any.
-    pub(super) fn handed_out(&self, point: &Point) -> Point {
+    pub(super) fn handed_out(&self, point: &Iterate) -> Iterate {
         match &self.best {
-            Some((x, evaluation)) if *x != point.x => Point::new(self, x, evaluation.clone()),
+            Some((x, evaluation)) if *x != point.x => Iterate::new(self, x, evaluation.clone()),
             _ => point.clone(),
         }
     }
@@ -84,14 +91,14 @@ impl<'a> Ledger<'a> {
     fn improves(&self, evaluation: &Evaluation) -> bool {
         let Some((_, best)) = &self.best else { return true };
         let excess = |e: &Evaluation| {
-            let violation = violation(e, self.problem.constraint_bounds());
+            let violation = e.violation(&self.problem.description().constraint_bounds);
             if violation <= self.feasibility { 0.0 } else { violation }
         };
         let (new, old) = (excess(evaluation), excess(best));
         new < old || (new == old && evaluation.objective < best.objective)
     }
 
-    /// What ended the run from outside, if anything did: every further evaluation is refused.
+    /// The event outside of the method that ended the run, if there was one: every further evaluation is refused.
     pub(super) fn halted(&self) -> Option<Halt> {
         self.halt
     }
@@ -128,29 +135,30 @@ impl<'a> Ledger<'a> {
     }
 
     /// Closes the books. `verdict` is the method's own reason, which a halt from outside overrides.
-    pub(super) fn close(self, verdict: (Status, String)) -> Outcome {
+    pub(super) fn close(self, verdict: (Termination, String)) -> Outcome {
         let (status, mut message) = match self.halt {
             Some(Halt::Evaluations) => (
-                Status::EvaluationLimit,
+                Termination::EvaluationLimit,
                 format!("Stopped at the limit of {} evaluations before a tolerance was met.", self.limits.evaluations),
             ),
             Some(Halt::Observer) => {
-                (Status::Interrupted, format!("Interrupted after {} evaluations.", self.evaluations))
+                (Termination::Interrupted, format!("Interrupted after {} evaluations.", self.evaluations))
             }
             None => verdict,
         };
-        if self.failures > 0 && status != Status::Failed {
+        if self.failures > 0 && status != Termination::Failed {
             let plural = if self.failures == 1 { "analysis" } else { "analyses" };
             message += &format!(" {} {plural} failed on the way (latest: {}).", self.failures, self.last_failure);
         }
         let (x, evaluation) = match self.best {
             Some((x, evaluation)) => (x, Some(evaluation)),
-            None => (self.problem.start().to_vec(), None),
+            None => (self.problem.description().start.to_vec(), None),
         };
         let (optimality, violation) = match &evaluation {
-            Some(evaluation) => {
-                (optimality(self.problem, &x, evaluation), violation(evaluation, self.problem.constraint_bounds()))
-            }
+            Some(evaluation) => (
+                optimality(self.problem, &x, evaluation),
+                evaluation.violation(&self.problem.description().constraint_bounds),
+            ),
             None => (Optimality { multipliers: Vec::new(), residual: f64::NAN, norm: f64::NAN }, f64::NAN),
         };
         Outcome {
@@ -174,11 +182,6 @@ impl<'a> Ledger<'a> {
     pub(super) fn unfit(&self, method: &'static str) -> Option<OptimizeError> {
         self.no_hessian.then_some(OptimizeError::NoHessian { method })
     }
-}
-
-/// Largest violation of a constraint.
-pub(super) fn violation(evaluation: &Evaluation, bounds: &[Bounds]) -> f64 {
-    evaluation.constraints.iter().zip(bounds).map(|(&c, b)| b.violation(c)).fold(0.0, f64::max)
 }
 
 /// An evaluation that an optimiser can use, or the reason why not.
@@ -222,7 +225,7 @@ impl Ledger<'_> {
         wanted: bool,
     ) -> Result<Evaluation, AnalysisFailure> {
         self.evaluations += 1;
-        let constraints = self.problem.constraint_names().len();
+        let constraints = self.problem.description().constraint_names.len();
         let result = result.and_then(|evaluation| usable(evaluation, x.len(), constraints));
         let result = result.map_err(|failure| self.failed(failure));
         self.last_failed = result.is_err();
@@ -234,7 +237,7 @@ impl Ledger<'_> {
         }
         let (violation, gradient_norm) = match &result {
             Ok(evaluation) => {
-                let violation = violation(evaluation, self.problem.constraint_bounds());
+                let violation = evaluation.violation(&self.problem.description().constraint_bounds);
                 (violation, if wanted { optimality(self.problem, x, evaluation).norm } else { f64::NAN })
             }
             Err(_) => (f64::NAN, f64::NAN),
@@ -259,28 +262,8 @@ impl Ledger<'_> {
 }
 
 impl Problem for Ledger<'_> {
-    fn variable_names(&self) -> &[String] {
-        self.problem.variable_names()
-    }
-
-    fn start(&self) -> &[f64] {
-        self.problem.start()
-    }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        self.problem.variable_bounds()
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        self.problem.constraint_names()
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        self.problem.constraint_bounds()
-    }
-
-    fn value_names(&self) -> &[String] {
-        self.problem.value_names()
+    fn description(&self) -> &ProblemDescription {
+        self.problem.description()
     }
 
     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
@@ -329,19 +312,4 @@ impl Problem for Ledger<'_> {
         let fits = |m: &DMatrix<f64>| m.shape() == (x.len(), x.len()) && m.iter().all(|v| v.is_finite());
         self.problem.metric(x).filter(fits)
     }
-}
-
-/// Euclidean distance of two points.
-pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-}
-
-/// Euclidean norm.
-pub(super) fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-/// Scalar product.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,10 +1,14 @@
 //! Newton's method in a trust region, with the exact Hessian.
 
 use super::bounded::Bounded;
-use super::ledger::{Ledger, norm};
-use super::outcome::{check, refuse_constraints};
-use super::trust_region::Quadratic;
-use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
+use super::cubic::{LineSample, cubic_minimum};
+use super::ledger::Ledger;
+use super::optimizer::{Limits, Optimizer};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
+use super::settings::{Range, check_settings};
+use super::trust_region::QuadraticModel;
+use super::vector::norm;
+use super::verdict;
 use crate::design::{Evaluation, Problem};
 use std::ops::ControlFlow;
 
@@ -72,21 +76,17 @@ impl Newton {
     pub const WINDOW: usize = 25;
 
     fn check(&self) -> Result<(), OptimizeError> {
-        let radius = |r: f64| r > 0.0 && r.is_finite();
-        let settings = [
-            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
-            ("objective_tolerance", self.objective_tolerance, self.objective_tolerance >= 0.0, "0 or more"),
-            ("gradient_tolerance", self.gradient_tolerance, self.gradient_tolerance >= 0.0, "0 or more"),
-            ("progress_tolerance", self.progress_tolerance, self.progress_tolerance >= 0.0, "0 or more"),
-            ("first_radius", self.first_radius, radius(self.first_radius), "positive"),
-            ("largest_radius", self.largest_radius, radius(self.largest_radius), "positive"),
-        ];
-        match settings.into_iter().find(|s| !s.2) {
-            Some((setting, value, _, range)) => {
-                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
-            }
-            None => Ok(()),
-        }
+        check_settings(
+            Self::NAME,
+            self.limits,
+            &[
+                ("objective_tolerance", self.objective_tolerance, Range::NotNegative),
+                ("gradient_tolerance", self.gradient_tolerance, Range::NotNegative),
+                ("progress_tolerance", self.progress_tolerance, Range::NotNegative),
+                ("first_radius", self.first_radius, Range::Positive),
+                ("largest_radius", self.largest_radius, Range::Positive),
+            ],
+        )
     }
 }
 
@@ -103,7 +103,7 @@ impl Optimizer for Newton {
         self.check()?;
         check(problem)?;
         refuse_constraints(problem, Self::NAME)?;
-        let mut run = Run {
+        let mut run = NewtonRun {
             settings: *self,
             problem: Bounded::new(Ledger::new(problem, observer, self.limits)),
             radius: self.first_radius.min(self.largest_radius),
@@ -122,13 +122,13 @@ impl Optimizer for Newton {
 }
 
 /// A point with everything known there.
-struct Point {
+struct SecondOrderPoint {
     x: Vec<f64>,
     evaluation: Evaluation,
-    quadratic: Quadratic,
+    quadratic: QuadraticModel,
 }
 
-struct Run<'a> {
+struct NewtonRun<'a> {
     settings: Newton,
     problem: Bounded<Ledger<'a>>,
     radius: f64,
@@ -142,13 +142,12 @@ struct Run<'a> {
     accepted: Vec<f64>,
 }
 
-impl Run<'_> {
-    fn drive(&mut self) -> (Status, String) {
-        let start = self.problem.start().to_vec();
+impl NewtonRun<'_> {
+    fn drive(&mut self) -> (Termination, String) {
+        let start = self.problem.description().start.to_vec();
         let first = self.problem.evaluate(&start).ok().and_then(|evaluation| self.expand(start, evaluation));
         let Some(mut point) = first else {
-            let reason = self.problem.inner().last_failure();
-            return (Status::Failed, format!("The analysis fails at the start: {reason}."));
+            return verdict::fails_at_start(self.problem.inner().last_failure());
         };
         loop {
             if let Some(verdict) = self.judge(&mut point) {
@@ -167,15 +166,15 @@ impl Run<'_> {
     }
 
     /// Adds the quadratic to an evaluated point; `None` where the Hessian fails.
-    fn expand(&mut self, x: Vec<f64>, evaluation: Evaluation) -> Option<Point> {
+    fn expand(&mut self, x: Vec<f64>, evaluation: Evaluation) -> Option<SecondOrderPoint> {
         let hessian = self.problem.hessian(&x)?.ok()?;
-        let quadratic = Quadratic::new(&evaluation.gradient, hessian, self.problem.metric(&x));
+        let quadratic = QuadraticModel::new(&evaluation.gradient, hessian, self.problem.metric(&x));
         self.steepest = self.steepest.max(norm(&evaluation.gradient));
-        Some(Point { x, evaluation, quadratic })
+        Some(SecondOrderPoint { x, evaluation, quadratic })
     }
 
     /// One trust-region step: the next point, or `None` where the step is rejected.
-    fn advance(&mut self, point: &mut Point) -> Option<Point> {
+    fn advance(&mut self, point: &mut SecondOrderPoint) -> Option<SecondOrderPoint> {
         let step = point.quadratic.minimum_within(self.radius);
         let length = step.length;
         let x: Vec<f64> = point.x.iter().zip(&step.vector).map(|(x, p)| x + p).collect();
@@ -199,7 +198,9 @@ impl Run<'_> {
             let along = |e: &Evaluation| -> f64 { e.gradient.iter().zip(&step.vector).map(|(g, p)| g * p).sum() };
             let slopes = [along(before), along(&evaluation)];
             if share < POOR || share.is_nan() {
-                let t = cubic_minimum([before.objective, evaluation.objective], slopes).unwrap_or(0.5);
+                let here = LineSample { step: 0.0, value: before.objective, slope: slopes[0] };
+                let there = LineSample { step: 1.0, value: evaluation.objective, slope: slopes[1] };
+                let t = cubic_minimum(here, there).unwrap_or(0.5);
                 self.radius = t.clamp(0.1, 0.7) * length;
             } else if share > GOOD && step.at_boundary && slopes[1] < 0.0 {
                 self.radius = (2.0 * length).min(self.settings.largest_radius);
@@ -216,23 +217,23 @@ impl Run<'_> {
     }
 
     /// Why the run ends at `point`, if it does.
-    fn judge(&self, point: &mut Point) -> Option<(Status, String)> {
+    fn judge(&self, point: &mut SecondOrderPoint) -> Option<(Termination, String)> {
         let ledger = self.problem.inner();
         if ledger.halted().is_some() || ledger.lacks_hessian() {
             // the ledger words it
-            return Some((Status::Interrupted, String::new()));
+            return Some((Termination::Interrupted, String::new()));
         }
         let slope = norm(&point.evaluation.gradient);
         let Newton { objective_tolerance, gradient_tolerance, limits, .. } = self.settings;
         if slope <= gradient_tolerance * self.steepest && !point.quadratic.is_indefinite() {
-            return Some((Status::Converged, format!("Converged: the norm of the gradient is {slope:.1e}.")));
+            return Some((Termination::Converged, format!("Converged: the norm of the gradient is {slope:.1e}.")));
         }
         let size = point.evaluation.objective.abs();
         if let Some(decrement) = point.quadratic.decrement()
             && decrement <= objective_tolerance * size
         {
             return Some((
-                Status::Converged,
+                Termination::Converged,
                 format!(
                     "Converged: at most {:.1e} of the objective is left to gain; the norm of the gradient is {slope:.1e}.",
                     decrement / size
@@ -253,13 +254,11 @@ impl Run<'_> {
                     Newton::WINDOW,
                     fall / size
                 );
-                return Some((Status::Stalled, message));
+                return Some((Termination::Stalled, message));
             }
         }
         if ledger.out_of_iterations() {
-            let message =
-                format!("Stopped at the limit of {} iterations before a tolerance was met.", limits.iterations);
-            return Some((Status::IterationLimit, message));
+            return Some(verdict::iteration_limit(limits.iterations));
         }
         None
     }
@@ -270,32 +269,12 @@ impl Run<'_> {
     }
 
     /// The verdict where no step is accepted.
-    fn stuck(&self, slope: f64) -> (Status, String) {
-        let ledger = self.problem.inner();
+    fn stuck(&self, slope: f64) -> (Termination, String) {
         if self.failed_recently() {
-            let reason = ledger.last_failure();
-            let message = format!(
-                "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
-            );
-            return (Status::Failed, message);
+            return verdict::walled_in(self.problem.inner(), slope);
         }
-        let ratio = slope / self.steepest;
-        let message = format!(
-            "No step lowers the objective further at the precision it is computed with; the norm of the gradient is {slope:.1e}, {ratio:.1e} of its largest."
-        );
-        (Status::Stalled, message)
+        verdict::no_descent(slope, self.steepest)
     }
-}
-
-/// Where on [0, 1] the cubic with these values and slopes at 0 and 1 has its minimum; `None` where it has none.
-fn cubic_minimum([f0, f1]: [f64; 2], [d0, d1]: [f64; 2]) -> Option<f64> {
-    let theta = 3.0 * (f0 - f1) + d0 + d1;
-    let discriminant = theta * theta - d0 * d1;
-    if discriminant < 0.0 {
-        return None;
-    }
-    let root = discriminant.sqrt();
-    Some(1.0 - (d1 + root - theta) / (d1 - d0 + 2.0 * root)).filter(|t| t.is_finite())
 }
 
 #[cfg(test)]
@@ -306,7 +285,7 @@ mod tests {
 
     fn converged(method: Newton, case: &mut dyn Problem, most: usize) -> Outcome {
         let outcome = run(&method, case);
-        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
         assert!(outcome.evaluations <= most, "{} evaluations", outcome.evaluations);
         assert_eq!(outcome.evaluations, outcome.iterations + 1);
         outcome
@@ -341,7 +320,7 @@ mod tests {
     #[test]
     fn saddle_points_are_left() {
         for start in [[0.0, 0.0], [1.0, 0.0], [0.3, 1e-9]] {
-            let mut case = Case::new(Saddle, start.to_vec());
+            let mut case = Unconstrained::new(Saddle, &start);
             let outcome = converged(Newton::default(), &mut case, 20);
             assert_relative_eq!(outcome.evaluation.unwrap().objective, -0.25, max_relative = 1e-10);
         }
@@ -351,14 +330,14 @@ mod tests {
     fn failed_analyses_are_rejected_steps() {
         let mut case = rosenbrock(2).failing(|x| (x[1] - x[0] * x[0]).abs() > 0.6);
         let outcome = run(&Newton { first_radius: 10.0, ..Newton::default() }, &mut case);
-        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
         assert!(outcome.failures > 0);
         outcome.x.iter().for_each(|&x| assert_relative_eq!(x, 1.0, epsilon = 1e-8));
         let outcome = run(&Newton::default(), &mut quadratic(3, 10.0, 1.0, 0.0).failing(|x| x[0] > 0.5));
-        assert_eq!(outcome.status, Status::Failed, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Failed, "{}", outcome.message);
         assert!(outcome.x[0] > 0.49 && outcome.x[0] <= 0.5);
         let outcome = run(&Newton::default(), &mut rosenbrock(2).failing(|_| true));
-        assert_eq!((outcome.status, outcome.evaluations), (Status::Failed, 1));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::Failed, 1));
     }
 
     #[test]
@@ -371,7 +350,7 @@ mod tests {
         }
         // a variable without room
         let mut case = rosenbrock(2);
-        case.bounds[0] = crate::design::Bounds { lower: 0.5, upper: 0.5 };
+        case.description.variable_bounds[0] = crate::design::Bounds { lower: 0.5, upper: 0.5 };
         let outcome = converged(Newton::default(), &mut case, 20);
         assert_relative_eq!(outcome.x[..], [0.5, 0.25], epsilon = 1e-9);
     }
@@ -381,21 +360,21 @@ mod tests {
         let limits = Limits { evaluations: 7, iterations: 4 };
         let method = Newton { limits, ..Newton::default() };
         let outcome = run(&method, &mut rosenbrock(32));
-        assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 4));
+        assert_eq!((outcome.status, outcome.iterations), (Termination::IterationLimit, 4));
         let limits = Limits { evaluations: 3, iterations: 4 };
         let outcome = run(&Newton { limits, ..method }, &mut rosenbrock(32));
-        assert_eq!((outcome.status, outcome.evaluations), (Status::EvaluationLimit, 3));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::EvaluationLimit, 3));
         let stop =
             &mut |p: &Progress<'_>| if p.evaluation == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let outcome = Newton::default().minimize(&mut rosenbrock(32), stop).unwrap();
-        assert_eq!((outcome.status, outcome.evaluations), (Status::Interrupted, 5));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::Interrupted, 5));
     }
 
     #[test]
     fn tolerances_of_zero_end_in_words() {
         let method = Newton { objective_tolerance: 0.0, gradient_tolerance: 0.0, ..Newton::default() };
         let outcome = run(&method, &mut quadratic(6, 1e3, 1.0, 1.0));
-        assert!(matches!(outcome.status, Status::Stalled | Status::Converged), "{}", outcome.message);
+        assert!(matches!(outcome.status, Termination::Stalled | Termination::Converged), "{}", outcome.message);
         assert!(outcome.evaluations < 40);
     }
 }

@@ -1,4 +1,4 @@
-//! What a run tells while it goes on and when it ends.
+//! Progress of a run, its outcome, and the errors of problems and settings.
 
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
-pub enum Status {
+pub enum Termination {
     /// A tolerance is met: the point is a minimum to that tolerance.
     #[serde(rename = "converged")]
     Converged,
@@ -30,7 +30,7 @@ pub enum Status {
     Interrupted,
 }
 
-impl Status {
+impl Termination {
     /// The stable text of the status, as it stands in reports.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -45,7 +45,7 @@ impl Status {
     }
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for Termination {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }
@@ -55,8 +55,8 @@ impl fmt::Display for Status {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Why the run ended.
-    pub status: Status,
-    /// The same in a sentence with numbers.
+    pub status: Termination,
+    /// The reason in a sentence with numbers.
     pub message: String,
     /// The best point (length n); the start where nothing could be evaluated. With constraints the best is the lowest
     /// objective among the points that meet them, and the least violation where none does.
@@ -65,17 +65,17 @@ pub struct Outcome {
     pub evaluation: Option<Evaluation>,
     /// Evaluations of the problem at distinct points, failed ones included.
     pub evaluations: usize,
-    /// How many of them failed.
+    /// Number of evaluations that failed.
     pub failures: usize,
     /// Hessians asked for.
     pub hessians: usize,
-    /// Iterations.
+    /// Iterations of the method.
     pub iterations: usize,
     /// How far `x` is from satisfying the first-order conditions (Karush, Kuhn and Tucker): the largest entry of
     /// [`projected_gradient`] of the Lagrangian `objective − Σ multiplier · constraint`, so without bounds and
     /// constraints the largest entry of the gradient. NaN where there is no evaluation.
     pub kkt_residual: f64,
-    /// Euclidean norm of the same. NaN where there is no evaluation.
+    /// Euclidean norm of that projected gradient. NaN where there is no evaluation.
     pub gradient_norm: f64,
     /// For each constraint the derivative of the optimal objective with respect to the bound that is reached:
     /// positive at a lower bound, negative at an upper one, 0 where none is reached. They are those that fit the
@@ -96,7 +96,7 @@ pub struct Progress<'a> {
     pub iteration: usize,
     /// The point (length n), in the variables of the problem.
     pub x: &'a [f64],
-    /// What the evaluation gave.
+    /// The evaluation, or why there is none.
     pub result: Result<&'a Evaluation, &'a AnalysisFailure>,
     /// Objective of the best point so far, this one included; +∞ before the first success.
     pub best_objective: f64,
@@ -116,34 +116,42 @@ pub struct Progress<'a> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimizeError {
-    /// The method has no constraints.
+    /// There is no method of that name.
+    #[error("unknown method {name:?}; known: {}", known.join(", "))]
+    UnknownMethod {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: [&'static str; 4],
+    },
+    /// The method takes no constraints.
     #[error(
         "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"slsqp\""
     )]
     ConstraintsNotSupported {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
         /// How many constraints there are.
         count: usize,
-        /// The name of the first.
+        /// Name of the first constraint.
         first: String,
     },
     /// The method needs second derivatives and the problem has none.
     #[error("method \"{method}\" needs second derivatives, which this problem does not offer; use \"lbfgs\"")]
     NoHessian {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
     },
     /// A setting out of its range.
     #[error("setting `{setting}` of method \"{method}\" is {value}; it must be {range}")]
     Setting {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
-        /// The setting.
+        /// Name of the setting.
         setting: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed, in words.
         range: &'static str,
     },
     /// Lists of the problem that must be equally long are not.
@@ -151,9 +159,9 @@ pub enum OptimizeError {
     Length {
         /// Number of variable names.
         variables: usize,
-        /// Which list.
+        /// The list, in words.
         what: &'static str,
-        /// Its length.
+        /// Length of the list.
         found: usize,
     },
     /// As many bounds as constraints are needed.
@@ -167,29 +175,29 @@ pub enum OptimizeError {
     /// Bounds that leave no room.
     #[error("variable \"{variable}\" has no room between its bounds {lower} and {upper}")]
     EmptyBounds {
-        /// The variable.
+        /// Name of the variable.
         variable: String,
-        /// Its lower bound.
+        /// The lower bound.
         lower: f64,
-        /// Its upper bound.
+        /// The upper bound.
         upper: f64,
     },
     /// Bounds of a constraint that nothing can meet.
     #[error("constraint \"{constraint}\" has no room between its bounds {lower} and {upper}")]
     EmptyConstraint {
-        /// The constraint.
+        /// Name of the constraint.
         constraint: String,
-        /// Its lower bound.
+        /// The lower bound.
         lower: f64,
-        /// Its upper bound.
+        /// The upper bound.
         upper: f64,
     },
     /// A start that is no number.
     #[error("variable \"{variable}\" starts at {value}; it must be finite")]
     Start {
-        /// The variable.
+        /// Name of the variable.
         variable: String,
-        /// Its value.
+        /// Start of the variable.
         value: f64,
     },
 }
@@ -209,40 +217,44 @@ pub fn projected_gradient<'a>(
 
 /// Rejects a problem whose lists do not fit together.
 pub(super) fn check(problem: &dyn Problem) -> Result<(), OptimizeError> {
-    let names = problem.variable_names();
-    let n = names.len();
-    for (what, found) in [("a start", problem.start().len()), ("bounds", problem.variable_bounds().len())] {
-        if found != n {
-            return Err(OptimizeError::Length { variables: n, what, found });
+    let description = problem.description();
+    let names = &description.variable_names;
+    let variables = names.len();
+    for (what, found) in [("a start", description.start.len()), ("bounds", description.variable_bounds.len())] {
+        if found != variables {
+            return Err(OptimizeError::Length { variables, what, found });
         }
     }
-    for (name, bounds) in names.iter().zip(problem.variable_bounds()) {
-        let &Bounds { lower, upper } = bounds;
-        // written so that NaN fails too
-        if !(lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY) {
-            return Err(OptimizeError::EmptyBounds { variable: name.clone(), lower, upper });
-        }
+    if let Some((name, &Bounds { lower, upper })) = without_room(names, &description.variable_bounds) {
+        return Err(OptimizeError::EmptyBounds { variable: name.clone(), lower, upper });
     }
-    if let Some((name, &value)) = names.iter().zip(problem.start()).find(|(_, v)| !v.is_finite()) {
+    if let Some((name, &value)) = names.iter().zip(&description.start).find(|(_, v)| !v.is_finite()) {
         return Err(OptimizeError::Start { variable: name.clone(), value });
     }
-    let constraints = problem.constraint_names();
-    let found = problem.constraint_bounds().len();
-    if found != constraints.len() {
-        return Err(OptimizeError::ConstraintBounds { constraints: constraints.len(), found });
+    let (constraints, found) = (description.constraint_names.len(), description.constraint_bounds.len());
+    if found != constraints {
+        return Err(OptimizeError::ConstraintBounds { constraints, found });
     }
-    for (name, &Bounds { lower, upper }) in constraints.iter().zip(problem.constraint_bounds()) {
-        if !(lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY) {
-            return Err(OptimizeError::EmptyConstraint { constraint: name.clone(), lower, upper });
+    match without_room(&description.constraint_names, &description.constraint_bounds) {
+        Some((name, &Bounds { lower, upper })) => {
+            Err(OptimizeError::EmptyConstraint { constraint: name.clone(), lower, upper })
         }
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// The first of `names` whose bounds no number can meet.
+fn without_room<'a>(names: &'a [String], bounds: &'a [Bounds]) -> Option<(&'a String, &'a Bounds)> {
+    // written so that NaN fails too
+    let has_room = |b: &Bounds| b.lower <= b.upper && b.lower < f64::INFINITY && b.upper > f64::NEG_INFINITY;
+    names.iter().zip(bounds).find(|(_, b)| !has_room(b))
 }
 
 /// Rejects a problem with constraints.
 pub(super) fn refuse_constraints(problem: &dyn Problem, method: &'static str) -> Result<(), OptimizeError> {
-    if let Some(first) = problem.constraint_names().first() {
-        let count = problem.constraint_names().len();
+    let names = &problem.description().constraint_names;
+    if let Some(first) = names.first() {
+        let count = names.len();
         return Err(OptimizeError::ConstraintsNotSupported { method, count, first: first.clone() });
     }
     Ok(())

@@ -1,171 +1,122 @@
 //! Problems with known answers, shared by the tests of this module.
 
-use super::{Optimizer, Outcome};
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
+use super::optimizer::Optimizer;
+use super::outcome::Outcome;
+use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 use crate::differentiate::{Function, VectorFunction, gradient, hessian, jacobian};
 use crate::scalar::Scalar;
+use crate::section::SectionDefinition;
 use nalgebra::DMatrix;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// A function as a problem; counts what it is asked.
-pub(super) struct Case<F> {
-    pub(super) function: F,
-    pub(super) names: Vec<String>,
-    pub(super) start: Vec<f64>,
-    pub(super) bounds: Vec<Bounds>,
-    pub(super) constraints: Vec<String>,
+/// A problem whose derivatives come from dual numbers; it remembers what it is asked.
+#[derive(Clone)]
+pub(super) struct TestProblem<F> {
+    functions: F,
+    pub(super) description: ProblemDescription,
     /// Where the analysis fails.
-    pub(super) fails: fn(&[f64]) -> bool,
+    fails: fn(&[f64]) -> bool,
     /// Every point evaluated, in order.
     pub(super) asked: Vec<Vec<f64>>,
     pub(super) hessians: usize,
 }
 
-impl<F> Case<F> {
-    pub(super) fn new(function: F, start: Vec<f64>) -> Self {
-        let n = start.len();
-        let names = (0..n).map(|i| format!("x{i}")).collect();
-        let bounds = vec![Bounds::FREE; n];
-        let fails: fn(&[f64]) -> bool = |_| false;
-        Self { function, names, start, bounds, constraints: vec![], fails, asked: vec![], hessians: 0 }
-    }
-
-    pub(super) fn bounded(mut self, lower: f64, upper: f64) -> Self {
-        self.bounds.fill(Bounds { lower, upper });
-        self
-    }
-
-    pub(super) fn failing(mut self, fails: fn(&[f64]) -> bool) -> Self {
-        self.fails = fails;
-        self
+/// The functions of a [`TestProblem`] with their derivatives.
+pub(super) trait Differentiable {
+    fn evaluation(&self, x: &[f64]) -> Evaluation;
+    fn hessian(&self, _: &[f64]) -> Option<DMatrix<f64>> {
+        None
     }
 }
 
-impl<F: Function<Error = Infallible>> Problem for Case<F> {
-    fn variable_names(&self) -> &[String] {
-        &self.names
-    }
+/// An objective alone, with its Hessian.
+pub(super) struct Objective<F>(F);
 
-    fn start(&self) -> &[f64] {
-        &self.start
+impl<F: Function<Error = Infallible>> Differentiable for Objective<F> {
+    fn evaluation(&self, x: &[f64]) -> Evaluation {
+        let Ok((objective, gradient)) = gradient(&self.0, x);
+        Evaluation { objective, gradient, constraints: vec![], jacobian: vec![], values: vec![] }
     }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        &self.bounds
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        &self.constraints
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        &self.bounds[..self.constraints.len()]
-    }
-
-    fn value_names(&self) -> &[String] {
-        &[]
-    }
-
-    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        self.asked.push(x.to_vec());
-        if (self.fails)(x) {
-            return Err(AnalysisFailure { reason: "the test forbids it".into() });
-        }
-        let Ok((objective, gradient)) = gradient(&self.function, x);
-        Ok(Evaluation { objective, gradient, constraints: vec![], jacobian: vec![], values: vec![] })
-    }
-
-    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        self.hessians += 1;
-        let Ok((_, _, matrix)) = hessian(&self.function, x);
-        Some(Ok(matrix))
+    fn hessian(&self, x: &[f64]) -> Option<DMatrix<f64>> {
+        let Ok((_, _, matrix)) = hessian(&self.0, x);
+        Some(matrix)
     }
 }
 
-/// Objective and constraints, in this order, as a problem.
+/// Objective and constraints, in this order, without a Hessian.
 #[derive(Clone)]
-pub(super) struct Constrained<F> {
-    pub(super) function: F,
-    names: Vec<String>,
-    start: Vec<f64>,
-    pub(super) bounds: Vec<Bounds>,
-    constraints: Vec<String>,
-    pub(super) constraint_bounds: Vec<Bounds>,
-    /// Where the analysis fails.
-    pub(super) fails: fn(&[f64]) -> bool,
-    /// Every point evaluated, in order.
-    pub(super) asked: Vec<Vec<f64>>,
-}
+pub(super) struct ObjectiveAndConstraints<F>(F);
 
-impl<F> Constrained<F> {
-    pub(super) fn new(function: F, start: &[f64], limits: &[(f64, f64)]) -> Self {
-        Self {
-            function,
-            names: (0..start.len()).map(|i| format!("x{i}")).collect(),
-            start: start.to_vec(),
-            bounds: vec![Bounds::FREE; start.len()],
-            constraints: (0..limits.len()).map(|i| format!("c{i}")).collect(),
-            constraint_bounds: limits.iter().map(|&(lower, upper)| Bounds { lower, upper }).collect(),
-            fails: |_| false,
-            asked: vec![],
-        }
-    }
-
-    pub(super) fn bounded(mut self, lower: f64, upper: f64) -> Self {
-        self.bounds.fill(Bounds { lower, upper });
-        self
-    }
-
-    pub(super) fn failing(mut self, fails: fn(&[f64]) -> bool) -> Self {
-        self.fails = fails;
-        self
-    }
-}
-
-impl<F: VectorFunction<Error = Infallible>> Problem for Constrained<F> {
-    fn variable_names(&self) -> &[String] {
-        &self.names
-    }
-
-    fn start(&self) -> &[f64] {
-        &self.start
-    }
-
-    fn variable_bounds(&self) -> &[Bounds] {
-        &self.bounds
-    }
-
-    fn constraint_names(&self) -> &[String] {
-        &self.constraints
-    }
-
-    fn constraint_bounds(&self) -> &[Bounds] {
-        &self.constraint_bounds
-    }
-
-    fn value_names(&self) -> &[String] {
-        &[]
-    }
-
-    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        self.asked.push(x.to_vec());
-        if (self.fails)(x) {
-            return Err(AnalysisFailure { reason: "the test forbids it".into() });
-        }
-        let Ok((values, matrix)) = jacobian(&self.function, x);
+impl<F: VectorFunction<Error = Infallible>> Differentiable for ObjectiveAndConstraints<F> {
+    fn evaluation(&self, x: &[f64]) -> Evaluation {
+        let Ok((values, matrix)) = jacobian(&self.0, x);
         let row = |k: usize| matrix.row(k).iter().copied().collect();
-        Ok(Evaluation {
+        Evaluation {
             objective: values[0],
             gradient: row(0),
             constraints: values[1..].to_vec(),
             jacobian: (1..values.len()).map(row).collect(),
             values: vec![],
-        })
+        }
+    }
+}
+
+pub(super) type Unconstrained<F> = TestProblem<Objective<F>>;
+pub(super) type Constrained<F> = TestProblem<ObjectiveAndConstraints<F>>;
+
+impl<F> Unconstrained<F> {
+    pub(super) fn new(function: F, start: &[f64]) -> Self {
+        Self::with_limits(Objective(function), start, &[])
+    }
+}
+
+impl<F> Constrained<F> {
+    pub(super) fn new(function: F, start: &[f64], limits: &[(f64, f64)]) -> Self {
+        Self::with_limits(ObjectiveAndConstraints(function), start, limits)
+    }
+}
+
+impl<F> TestProblem<F> {
+    fn with_limits(functions: F, start: &[f64], limits: &[(f64, f64)]) -> Self {
+        let description = ProblemDescription {
+            variable_names: (0..start.len()).map(|i| format!("x{i}")).collect(),
+            start: start.to_vec(),
+            variable_bounds: vec![Bounds::FREE; start.len()],
+            constraint_names: (0..limits.len()).map(|i| format!("c{i}")).collect(),
+            constraint_bounds: limits.iter().map(|&(lower, upper)| Bounds { lower, upper }).collect(),
+            value_names: vec![],
+        };
+        Self { functions, description, fails: |_| false, asked: vec![], hessians: 0 }
     }
 
-    fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        None
+    pub(super) fn bounded(mut self, lower: f64, upper: f64) -> Self {
+        self.description.variable_bounds.fill(Bounds { lower, upper });
+        self
+    }
+
+    pub(super) fn failing(mut self, fails: fn(&[f64]) -> bool) -> Self {
+        self.fails = fails;
+        self
+    }
+}
+
+impl<F: Differentiable> Problem for TestProblem<F> {
+    fn description(&self) -> &ProblemDescription {
+        &self.description
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+        self.asked.push(x.to_vec());
+        if (self.fails)(x) {
+            return Err(AnalysisFailure { reason: "the test forbids it".into() });
+        }
+        Ok(self.functions.evaluation(x))
+    }
+
+    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        self.hessians += 1;
+        self.functions.hessian(x).map(Ok)
     }
 }
 
@@ -184,10 +135,10 @@ impl Function for Rosenbrock {
     }
 }
 
-pub(super) fn rosenbrock(n: usize) -> Case<Rosenbrock> {
+pub(super) fn rosenbrock(n: usize) -> Unconstrained<Rosenbrock> {
     // from further left the long chains end in a local minimum near (−1, 1, …)
     let start = if n == 2 { vec![-1.2, 1.0] } else { vec![0.0; n] };
-    Case::new(Rosenbrock, start)
+    Unconstrained::new(Rosenbrock, &start)
 }
 
 /// `floor + size/2 Σ λ_i (Q (x − 1))_i²` with λ from 1 to `condition` and a reflection Q.
@@ -212,8 +163,8 @@ impl Function for Quadratic {
     }
 }
 
-pub(super) fn quadratic(n: usize, condition: f64, size: f64, floor: f64) -> Case<Quadratic> {
-    Case::new(Quadratic { condition, size, floor }, vec![0.0; n])
+pub(super) fn quadratic(n: usize, condition: f64, size: f64, floor: f64) -> Unconstrained<Quadratic> {
+    Unconstrained::new(Quadratic { condition, size, floor }, &vec![0.0; n])
 }
 
 /// `x² − y² + y⁴`: a saddle at the origin, minima −1/4 at (0, ±1/√2).
@@ -241,17 +192,17 @@ pub(super) struct ShapeMatch {
 const CELL: [f64; 2] = [0.4, 0.1];
 
 impl ShapeMatch {
-    pub(super) fn new(camber: f64, thickness: f64) -> Self {
+    pub(super) fn new(target: &str) -> Self {
         let bernstein = |t: f64| {
             let r = 1.0 - t;
             [r * r * r, 3.0 * t * r * r, 3.0 * t * t * r, t * t * t]
         };
-        let weights = section(0.0, 0.12).into_iter().map(|p| {
+        let weights = section("naca0012:sharp").into_iter().map(|p| {
             let (u, v) = (bernstein((p[0] + 0.1) / 1.2), bernstein((p[1] + 0.15) / 0.3));
             std::array::from_fn(|k| u[k / 4] * v[k % 4])
         });
         let net = std::array::from_fn(|k| [-0.1 + CELL[0] * (k / 4) as f64, -0.15 + CELL[1] * (k % 4) as f64]);
-        Self { weights: weights.collect(), target: section(camber, thickness), net }
+        Self { weights: weights.collect(), target: section(target), net }
     }
 
     /// Sum over the control points of the fold penalty.
@@ -302,27 +253,12 @@ impl Function for ShapeMatch {
     }
 }
 
-pub(super) fn shape_match() -> Case<ShapeMatch> {
-    Case::new(ShapeMatch::new(0.08, 0.16), vec![0.0; 32])
+pub(super) fn shape_match() -> Unconstrained<ShapeMatch> {
+    Unconstrained::new(ShapeMatch::new("naca8416:sharp"), &[0.0; 32])
 }
 
-/// 101 points of a NACA section with camber `m` at 0.4 chords, thickness `t` and a sharp trailing edge.
-fn section(m: f64, t: f64) -> Vec<[f64; 2]> {
-    let p = 0.4;
-    let point = |k: usize| {
-        let angle = std::f64::consts::TAU * k as f64 / 100.0;
-        let side = if k <= 50 { 1.0 } else { -1.0 };
-        let s = 0.5 * (1.0 + angle.cos());
-        let half =
-            t / 0.2 * (0.2969 * s.sqrt() - 0.1260 * s - 0.3516 * s * s + 0.2843 * s.powi(3) - 0.1036 * s.powi(4));
-        let (camber, slope) = if s < p {
-            (m / (p * p) * (2.0 * p * s - s * s), 2.0 * m / (p * p) * (p - s))
-        } else {
-            let q = (1.0 - p) * (1.0 - p);
-            (m / q * (1.0 - 2.0 * p + 2.0 * p * s - s * s), 2.0 * m / q * (p - s))
-        };
-        let tilt = slope.atan();
-        [s - side * half * tilt.sin(), camber + side * half * tilt.cos()]
-    };
-    (0..=100).map(point).collect()
+/// 101 points of a section at cosine stations: those through which its spline is drawn.
+fn section(designation: &str) -> Vec<[f64; 2]> {
+    let definition = SectionDefinition::parse(designation).and_then(|d| d.with_control_points(103));
+    definition.and_then(|d| d.section()).expect("a known section").points(101)
 }

@@ -8,7 +8,7 @@ const RESOLUTION: f64 = 1e-13;
 /// The quadratic `gᵀp + ½ pᵀHp`, factorised at most once each way.
 ///
 /// Steps are measured by a metric `M = LLᵀ`: everything below works on `Lᵀp`, in which the ellipsoid is a ball.
-pub(super) struct Quadratic {
+pub(super) struct QuadraticModel {
     gradient: DVector<f64>,
     hessian: DMatrix<f64>,
     /// L of the metric; `None` for the identity.
@@ -26,7 +26,7 @@ struct Eigen {
 }
 
 /// A step and what the quadratic promises of it.
-pub(super) struct Step {
+pub(super) struct TrustRegionStep {
     pub(super) vector: DVector<f64>,
     /// Length in the metric.
     pub(super) length: f64,
@@ -36,7 +36,7 @@ pub(super) struct Step {
     pub(super) at_boundary: bool,
 }
 
-impl Quadratic {
+impl QuadraticModel {
     /// A metric that is not positive definite counts as the identity.
     pub(super) fn new(gradient: &[f64], hessian: DMatrix<f64>, metric: Option<DMatrix<f64>>) -> Self {
         let mut gradient = DVector::from_column_slice(gradient);
@@ -57,20 +57,20 @@ impl Quadratic {
     }
 
     /// The lowest point within `radius` of the origin.
-    pub(super) fn minimum_within(&mut self, radius: f64) -> Step {
+    pub(super) fn minimum_within(&mut self, radius: f64) -> TrustRegionStep {
         if let Some(newton) = &self.newton
             && newton.norm() <= radius
         {
             let decrease = -0.5 * self.gradient.dot(newton);
             let (vector, length) = (self.in_variables(newton.clone()), newton.norm());
-            return Step { vector, length, decrease, at_boundary: false };
+            return TrustRegionStep { vector, length, decrease, at_boundary: false };
         }
         let eigen = self.eigen();
         let (coordinates, at_boundary) = eigen.minimum_within(radius);
         let vector = &eigen.vectors * coordinates;
         let decrease = -(self.gradient.dot(&vector) + 0.5 * vector.dot(&(&self.hessian * &vector)));
         let length = vector.norm();
-        Step { vector: self.in_variables(vector), length, decrease: decrease.max(0.0), at_boundary }
+        TrustRegionStep { vector: self.in_variables(vector), length, decrease: decrease.max(0.0), at_boundary }
     }
 
     /// The step `p` from `Lᵀp`.
@@ -90,7 +90,7 @@ impl Quadratic {
         eigen.lowest() < -RESOLUTION * eigen.size()
     }
 
-    /// What the unbounded quadratic would gain, where it has a minimum.
+    /// Decrease of the quadratic at its minimum, where it has one.
     pub(super) fn decrement(&self) -> Option<f64> {
         self.newton.as_ref().map(|step| -0.5 * self.gradient.dot(step))
     }
@@ -187,7 +187,7 @@ mod tests {
 
     /// The conditions of Moré & Sorensen, which characterise the solution.
     fn is_solution(gradient: &[f64], hessian: &DMatrix<f64>, radius: f64) {
-        let mut quadratic = Quadratic::new(gradient, hessian.clone(), None);
+        let mut quadratic = QuadraticModel::new(gradient, hessian.clone(), None);
         let step = quadratic.minimum_within(radius);
         let p = &step.vector;
         let residual = hessian * p + DVector::from_column_slice(gradient);
@@ -226,7 +226,7 @@ mod tests {
         // the gradient has no component along the eigenvector of −2
         let gradient: Vec<f64> = eigen.eigenvectors.column(above).iter().map(|v| 0.6 * v).collect();
         is_solution(&gradient, &hessian, 1.0);
-        let mut at_saddle = Quadratic::new(&[0.0; 4], hessian, None);
+        let mut at_saddle = QuadraticModel::new(&[0.0; 4], hessian, None);
         assert!(at_saddle.is_indefinite());
         let step = at_saddle.minimum_within(0.5);
         assert_relative_eq!(step.vector.norm(), 0.5, max_relative = 1e-12);
@@ -238,7 +238,7 @@ mod tests {
         let (hessian, metric) = (matrix(&[-3.0, 0.5, 2.0, 10.0]), matrix(&[7.0, 1.0, 0.3, 2.0]));
         let gradient = [1.0, -2.0, 0.3, 5.0];
         for radius in [0.01, 1.0, 20.0] {
-            let step = Quadratic::new(&gradient, hessian.clone(), Some(metric.clone())).minimum_within(radius);
+            let step = QuadraticModel::new(&gradient, hessian.clone(), Some(metric.clone())).minimum_within(radius);
             let p = &step.vector;
             assert_relative_eq!(p.dot(&(&metric * p)).sqrt(), step.length, max_relative = 1e-12);
             assert_relative_eq!(step.length, radius, max_relative = 1e-9);
@@ -253,7 +253,7 @@ mod tests {
     #[test]
     fn semidefinite_without_slope_stays() {
         let mut flat =
-            Quadratic::new(&[0.0, 2.0], DMatrix::from_diagonal(&DVector::from_column_slice(&[0.0, 4.0])), None);
+            QuadraticModel::new(&[0.0, 2.0], DMatrix::from_diagonal(&DVector::from_column_slice(&[0.0, 4.0])), None);
         assert!(!flat.is_indefinite());
         let step = flat.minimum_within(10.0);
         assert_relative_eq!(step.vector[0], 0.0);

@@ -1,6 +1,6 @@
 //! The progress of a run under constraints, and when there is none left.
 
-use super::kkt::Point;
+use super::kkt::Iterate;
 use super::ledger::Ledger;
 
 /// Why a run ends at a point.
@@ -10,7 +10,7 @@ pub(super) enum Ending {
     Stalled,
 }
 
-/// What a run knows about its progress: the points so far that no other beats in both violation and objective.
+/// Progress of a run: the points so far that no other beats in both violation and objective.
 ///
 /// A design that lowers the objective while it gives up a little of a constraint is on its way as much as one that
 /// meets the constraints better.
@@ -54,7 +54,7 @@ impl Watch {
     }
 
     /// Whether the run ends at `point`, where a KKT residual of `optimality` is wanted.
-    pub fn judge(&mut self, ledger: &Ledger<'_>, point: &Point, optimality: f64) -> Option<Ending> {
+    pub fn judge(&mut self, ledger: &Ledger<'_>, point: &Iterate, optimality: f64) -> Option<Ending> {
         let residual = point.optimality.residual;
         let excess = if point.violation <= self.feasibility { 0.0 } else { point.violation };
         if excess == 0.0 && residual <= optimality {

@@ -1,4 +1,4 @@
-//! Where results go.
+//! Directories for results, and files written whole or not at all.
 
 use crate::optimize::atomic;
 use std::fs;
@@ -27,37 +27,37 @@ pub enum OutputError {
     /// The directory cannot be created.
     #[error("cannot create the output directory {}: {source}", path.display())]
     Create {
-        /// The directory.
+        /// Path of the directory.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// Something that is no directory stands in its place.
     #[error("{} is not a directory; choose another output directory", path.display())]
     NotADirectory {
-        /// What stands there.
+        /// Path of the thing that stands there.
         path: PathBuf,
     },
     /// Files cannot be created in the directory.
     #[error("cannot write to the output directory {}: {source}", path.display())]
     NotWritable {
-        /// The directory.
+        /// Path of the directory.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A file cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A file name that leads out of the directory, or nowhere.
     #[error("\"{name}\" is not the name of a file in the output directory")]
     Name {
-        /// The name.
+        /// Name of the file.
         name: String,
     },
 }
@@ -101,7 +101,7 @@ impl OutputDirectory {
             .map_err(|source| OutputError::NotWritable { path: path.to_owned(), source })
     }
 
-    /// The directory.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.path
     }

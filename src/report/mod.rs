@@ -1,15 +1,18 @@
-//! What a run leaves behind: figures, tables, JSON and the files they are written to.
+//! Figures, tables and JSON of results, and the files they are written to.
 //!
-//! * `figures`: sections, convergence and line plots as SVG text (feature `command`);
+//! * `figures`: sections, convergence and line plots as SVG text (feature `figures`, on by default);
+//! * [`json`]: the JSON of runs, evaluations, sections and flows, as types;
 //! * [`OutputDirectory`]: a directory proved writable before a run, and files written into it whole or not at all;
 //! * [`Table`]: aligned plain-text tables;
 //! * [`number`]: numbers for JSON, `null` where there is none.
 //!
-//! Depends on `serde_json`, `tempfile`, with figures `plotters`; on nothing that computes.
+//! Depends on [`case`](crate::case) and what that depends on for the JSON, on `serde_json`, `tempfile`, and with figures
+//! on `plotters`.
 
-#[cfg(feature = "command")]
+#[cfg(feature = "figures")]
 pub mod figures;
 mod files;
+pub mod json;
 mod table;
 
 pub use files::{OutputDirectory, OutputError};

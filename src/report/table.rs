@@ -5,9 +5,9 @@ use std::fmt;
 /// On which side of its column a text stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// The left side, for words.
     Left,
-    /// Numbers.
+    /// The right side, for numbers.
     Right,
 }
 

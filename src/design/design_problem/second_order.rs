@@ -17,28 +17,26 @@ impl DesignProblem {
         let n = x.len();
         let mut total = DMatrix::zeros(n, n);
         let mut rest = Vec::new();
-        let linear = self.geometry.is_linear();
-        if linear {
+        let tangents = self.tangents.clone();
+        if tangents.is_some() {
             self.deform_in_place();
         }
         for (q, &weight) in self.weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
-            match (&self.quantities[q], &self.instruments.penalty) {
-                (Quantity::ShapeError, _) if linear => {
+            match (&self.quantities[q], &tangents) {
+                (Quantity::ShapeError, Some(tangents)) => {
                     if self.error_hessian.is_none() {
-                        let tangents = self.tangents.as_ref().map_or(&[][..], |t| &t.section_tangents);
-                        self.error_hessian = self.instruments.error()?.hessian(tangents);
+                        self.error_hessian = self.instruments.error()?.hessian(&tangents.section_tangents);
                     }
                     match &self.error_hessian {
                         Some(constant) => total += constant * weight,
                         None => rest.push(q),
                     }
                 }
-                (Quantity::FoldPenalty, Some(penalty)) if linear => {
+                (Quantity::FoldPenalty, Some(_)) => {
                     let mut of_net = self.net_matrix();
-                    penalty.add_hessian(&self.work.net, &mut of_net);
+                    self.instruments.penalty()?.add_hessian(&self.work.net, &mut of_net);
                     self.project(&of_net, weight, &mut total);
                 }
-                (Quantity::FoldPenalty, None) => {}
                 _ => rest.push(q),
             }
         }
@@ -53,9 +51,7 @@ impl DesignProblem {
 
     /// The distortion of the box plus the identity: steps that keep the cells' areas may be long.
     pub(super) fn distortion(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
-        if !self.geometry.is_linear() {
-            return None;
-        }
+        self.tangents.as_ref()?;
         self.set_scaled(x);
         self.deform_in_place();
         let mut of_net = self.net_matrix();

@@ -5,10 +5,11 @@
 //! of Hager & Zhang (SIAM J. Optim. 16, 2005, equation 4.1), which need slopes only. Trial steps come from the cubic
 //! through two values and two slopes, kept inside of the bracket.
 //!
-//! [`Search`] is the bare algorithm on numbers, [`WolfeLineSearch`] lends it to `argmin`, whose own line searches end
-//! the whole run at the first failed analysis.
+//! [`BracketSearch`] is the bare algorithm on numbers, [`WolfeLineSearch`] lends it to `argmin`, whose own line
+//! searches end the whole run at the first failed analysis.
 
-use super::super::ledger::dot;
+use super::super::cubic::{LineSample, cubic_minimum};
+use super::super::vector::dot;
 use argmin::core::{
     CostFunction, Error, Gradient, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus,
 };
@@ -43,17 +44,9 @@ pub(super) struct Rejected;
 #[error("no acceptable step along the line")]
 struct NoStep;
 
-/// Objective and slope at a step.
-#[derive(Debug, Clone, Copy)]
-struct Sample {
-    step: f64,
-    value: f64,
-    slope: f64,
-}
-
-/// What to do after a trial.
+/// The next move after a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Verdict {
+enum Advice {
     /// Try this step.
     Try(f64),
     /// Take this step, one of those tried.
@@ -66,15 +59,15 @@ enum Verdict {
 #[derive(Debug, Clone, Copy)]
 enum Far {
     Open,
-    Known(Sample),
+    Known(LineSample),
     Failed(f64),
 }
 
 /// One line search: a bracket and the rules that shrink it.
 #[derive(Debug, Clone)]
-struct Search {
-    origin: Sample,
-    near: Sample,
+struct BracketSearch {
+    origin: LineSample,
+    near: LineSample,
     far: Far,
     trials: usize,
     failures: usize,
@@ -82,23 +75,23 @@ struct Search {
     lengths: [f64; 2],
 }
 
-impl Search {
+impl BracketSearch {
     fn new(value: f64, slope: f64) -> Self {
-        let origin = Sample { step: 0.0, value, slope };
+        let origin = LineSample { step: 0.0, value, slope };
         Self { origin, near: origin, far: Far::Open, trials: 0, failures: 0, lengths: [f64::INFINITY; 2] }
     }
 
     /// Takes the result of the trial at `step` (`None`: the analysis failed).
-    fn report(&mut self, step: f64, result: Option<(f64, f64)>) -> Verdict {
+    fn report(&mut self, step: f64, result: Option<(f64, f64)>) -> Advice {
         self.trials += 1;
         let Some((value, slope)) = result else {
             self.failures += 1;
             self.far = Far::Failed(step);
             return self.next(step);
         };
-        let trial = Sample { step, value, slope };
+        let trial = LineSample { step, value, slope };
         if self.accepts(trial) {
-            return Verdict::Accept(step);
+            return Advice::Accept(step);
         }
         let enough = value <= self.origin.value + DECREASE * step * self.origin.slope;
         if !enough || value >= self.near.value {
@@ -117,8 +110,8 @@ impl Search {
         self.next(step)
     }
 
-    fn accepts(&self, trial: Sample) -> bool {
-        let Sample { value: value0, slope: slope0, .. } = self.origin;
+    fn accepts(&self, trial: LineSample) -> bool {
+        let LineSample { value: value0, slope: slope0, .. } = self.origin;
         let flat = trial.slope.abs() <= -CURVATURE * slope0;
         let wolfe = trial.value <= value0 + DECREASE * trial.step * slope0 && flat;
         let in_noise = (trial.value - value0).abs() <= ROUND_OFF * value0.abs();
@@ -135,55 +128,45 @@ impl Search {
     }
 
     /// The step after `last` was tried: inside of the bracket, or the end.
-    fn next(&mut self, last: f64) -> Verdict {
-        let Some(far) = self.far_step() else { return Verdict::GiveUp };
+    fn next(&mut self, last: f64) -> Advice {
+        let Some(far) = self.far_step() else { return Advice::GiveUp };
         let near = self.near;
         let length = (far - near.step).abs();
         let progress = near.step > 0.0;
         let exhausted = self.trials >= MAX_TRIALS || length <= f64::EPSILON * last.max(near.step);
         if exhausted || (progress && self.failures >= PATIENCE) {
-            return if progress { Verdict::Accept(near.step) } else { Verdict::GiveUp };
+            return if progress { Advice::Accept(near.step) } else { Advice::GiveUp };
         }
         let share = match self.far {
             // slow shrinking is cut short by halving
             Far::Known(_) if length > 0.66 * self.lengths[0] => 0.5,
-            Far::Known(sample) => {
-                let share = (cubic_minimum(near, sample) - near.step) / (far - near.step);
-                if share.is_finite() { share.clamp(MARGIN, 1.0 - MARGIN) } else { 0.5 }
-            }
+            Far::Known(sample) => cubic_minimum(near, sample)
+                .map_or(0.5, |step| ((step - near.step) / (far - near.step)).clamp(MARGIN, 1.0 - MARGIN)),
             _ => RETREAT,
         };
         self.lengths = [self.lengths[1], length];
-        Verdict::Try(near.step + share * (far - near.step))
+        Advice::Try(near.step + share * (far - near.step))
     }
 
     /// The step beyond `near` when the objective still falls there.
-    fn extrapolate(&self, previous: Sample) -> Verdict {
+    fn extrapolate(&self, previous: LineSample) -> Advice {
         if self.trials >= MAX_TRIALS {
-            return Verdict::Accept(self.near.step);
+            return Advice::Accept(self.near.step);
         }
         let length = self.near.step - previous.step;
-        let ahead = cubic_minimum(previous, self.near) - self.near.step;
-        let ahead = if ahead.is_finite() && ahead > 0.0 { ahead } else { STRETCH * length };
-        Verdict::Try(self.near.step + ahead.clamp(length, STRETCH * length))
+        let ahead = cubic_minimum(previous, self.near).map(|step| step - self.near.step).filter(|ahead| *ahead > 0.0);
+        Advice::Try(self.near.step + ahead.unwrap_or(f64::INFINITY).clamp(length, STRETCH * length))
     }
 }
 
-/// Minimiser of the cubic with the values and slopes of two samples (Nocedal & Wright, equation 3.59); NaN without one.
-fn cubic_minimum(a: Sample, b: Sample) -> f64 {
-    let d1 = a.slope + b.slope - 3.0 * (a.value - b.value) / (a.step - b.step);
-    let d2 = (d1 * d1 - a.slope * b.slope).sqrt().copysign(b.step - a.step);
-    b.step - (b.step - a.step) * (b.slope + d2 - d1) / (b.slope - a.slope + 2.0 * d2)
-}
-
-/// [`Search`] as `argmin` wants it: one iteration of the solver is one trial step.
+/// [`BracketSearch`] as `argmin` wants it: one iteration of the solver is one trial step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct WolfeLineSearch {
     direction: Vec<f64>,
     origin: Vec<f64>,
     first: Option<f64>,
     step: f64,
-    search: Option<Search>,
+    search: Option<BracketSearch>,
     /// Evaluated points that may still be accepted: step, value, gradient.
     tried: Vec<(f64, f64, Vec<f64>)>,
 }
@@ -205,9 +188,10 @@ impl LineSearch<Vec<f64>, f64> for WolfeLineSearch {
     }
 }
 
-type Point = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
+/// The state that `argmin` carries from one trial to the next.
+pub(super) type ArgminState = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
 
-impl<O> Solver<O, Point> for WolfeLineSearch
+impl<O> Solver<O, ArgminState> for WolfeLineSearch
 where
     O: CostFunction<Param = Vec<f64>, Output = f64> + Gradient<Param = Vec<f64>, Gradient = Vec<f64>>,
 {
@@ -215,21 +199,21 @@ where
         "Wolfe line search"
     }
 
-    fn init(&mut self, _problem: &mut Problem<O>, mut state: Point) -> Result<(Point, Option<KV>), Error> {
+    fn init(&mut self, _problem: &mut Problem<O>, mut state: ArgminState) -> Result<(ArgminState, Option<KV>), Error> {
         self.origin = state.take_param().unwrap_or_default();
         let slope = state.get_gradient().map_or(0.0, |gradient| dot(gradient, &self.direction));
         // also false for NaN
         if !(slope < 0.0 && slope.is_finite()) {
             return Err(NoStep.into());
         }
-        self.search = Some(Search::new(state.get_cost(), slope));
+        self.search = Some(BracketSearch::new(state.get_cost(), slope));
         self.step = self.first.unwrap_or(1.0);
         self.tried.clear();
         let origin = self.origin.clone();
         Ok((state.param(origin), None))
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<O>, state: Point) -> Result<(Point, Option<KV>), Error> {
+    fn next_iter(&mut self, problem: &mut Problem<O>, state: ArgminState) -> Result<(ArgminState, Option<KV>), Error> {
         let step = self.step;
         let x = self.point(step);
         let result = match problem.cost(&x) {
@@ -245,13 +229,13 @@ where
         // a step too short to change the point tells nothing
         let moved = x != self.origin;
         let Some(search) = self.search.as_mut() else { return Err(NoStep.into()) };
-        let verdict = if moved { search.report(step, result) } else { Verdict::GiveUp };
+        let verdict = if moved { search.report(step, result) } else { Advice::GiveUp };
         match verdict {
-            Verdict::Try(next) => {
+            Advice::Try(next) => {
                 self.step = next;
                 Ok((state, None))
             }
-            Verdict::Accept(step) => {
+            Advice::Accept(step) => {
                 let found = self.tried.iter().rposition(|t| t.0 == step);
                 let Some(index) = found else { return Err(NoStep.into()) };
                 let (_, value, gradient) = self.tried.swap_remove(index);
@@ -259,11 +243,11 @@ where
                 let state = state.param(x).cost(value).gradient(gradient);
                 Ok((state.terminate_with(TerminationReason::SolverConverged), None))
             }
-            Verdict::GiveUp => Err(NoStep.into()),
+            Advice::GiveUp => Err(NoStep.into()),
         }
     }
 
-    fn terminate(&mut self, _state: &Point) -> TerminationStatus {
+    fn terminate(&mut self, _state: &ArgminState) -> TerminationStatus {
         TerminationStatus::NotTerminated
     }
 }
@@ -273,20 +257,20 @@ mod tests {
     use super::*;
 
     /// Runs a search on `f` (value and slope; `None` fails) and returns the step and the number of trials.
-    fn run(f: impl Fn(f64) -> Option<(f64, f64)>, first: f64) -> (Verdict, usize) {
+    fn run(f: impl Fn(f64) -> Option<(f64, f64)>, first: f64) -> (Advice, usize) {
         let (value, slope) = f(0.0).unwrap();
-        let mut search = Search::new(value, slope);
+        let mut search = BracketSearch::new(value, slope);
         let mut step = first;
         loop {
             match search.report(step, f(step)) {
-                Verdict::Try(next) => step = next,
+                Advice::Try(next) => step = next,
                 end => return (end, search.trials),
             }
         }
     }
 
-    fn is_wolfe(f: impl Fn(f64) -> Option<(f64, f64)>, verdict: Verdict) -> bool {
-        let Verdict::Accept(step) = verdict else { return false };
+    fn is_wolfe(f: impl Fn(f64) -> Option<(f64, f64)>, verdict: Advice) -> bool {
+        let Advice::Accept(step) = verdict else { return false };
         let ((value0, slope0), (value, slope)) = (f(0.0).unwrap(), f(step).unwrap());
         value <= value0 + DECREASE * step * slope0 && slope.abs() <= CURVATURE * slope0.abs()
     }
@@ -318,22 +302,22 @@ mod tests {
     fn failed_analyses_shorten_the_step() {
         let f = |a: f64| (a < 0.01).then_some((-a, -1.0));
         let (verdict, trials) = run(f, 1.0);
-        let Verdict::Accept(step) = verdict else { panic!("{verdict:?}") };
+        let Advice::Accept(step) = verdict else { panic!("{verdict:?}") };
         assert!(step > 1e-4 && step < 0.01, "{step}");
         assert!(trials < 10);
-        assert_eq!(run(|a| (a == 0.0).then_some((0.0, -1.0)), 1.0).0, Verdict::GiveUp);
+        assert_eq!(run(|a| (a == 0.0).then_some((0.0, -1.0)), 1.0).0, Advice::GiveUp);
     }
 
     #[test]
     fn slopes_decide_where_values_are_round_off() {
         // the values say "worse" by one unit in the last place, the slopes say "just right"
         let f = |a: f64| Some((1.0 + a * f64::EPSILON, 1e-9 * (a - 1.0)));
-        assert_eq!(run(f, 1.0), (Verdict::Accept(1.0), 1));
+        assert_eq!(run(f, 1.0), (Advice::Accept(1.0), 1));
     }
 
     #[test]
     fn rising_everywhere_gives_up() {
         let f = |a: f64| Some((a, if a == 0.0 { -1e-3 } else { 1.0 }));
-        assert_eq!(run(f, 1.0).0, Verdict::GiveUp);
+        assert_eq!(run(f, 1.0).0, Advice::GiveUp);
     }
 }

@@ -8,83 +8,19 @@
 
 mod line_search;
 mod run;
+mod settings;
 
-use super::outcome::{check, refuse_constraints};
-use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
+pub use settings::Lbfgs;
+
+use super::optimizer::Optimizer;
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
 use crate::design::Problem;
 use argmin::core::Executor;
 use argmin::solver::quasinewton::LBFGS;
 use line_search::WolfeLineSearch;
-use run::{Bridge, Run, Supervised};
+use run::{ArgminProblem, LbfgsRun, Supervised};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
-
-/// Limited-memory BFGS with restarts, for problems without constraints.
-///
-/// One iteration costs one evaluation, rarely more. Bounds on variables are met by a change of variables
-/// ([`Bounded`](super::Bounded)). Failed analyses shorten the step.
-///
-/// The objective is divided by a constant so that the first trial step, along the negative gradient, has the length
-/// [`first_step`](Self::first_step); no tolerance depends on that constant. The run has converged when
-///
-/// * the objective fell by less than [`objective_tolerance`](Self::objective_tolerance) of its size over
-///   [`patience`](Self::patience) iterations, or
-/// * the norm of the gradient is below [`gradient_tolerance`](Self::gradient_tolerance) times the largest met so far.
-///
-/// Where failed analyses keep the steps short the first criterion does not count: the run has then failed once the
-/// objective falls by less than the root of the tolerance over `patience` iterations, all of them hindered.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lbfgs {
-    /// Steps remembered. The default of 500 forgets nothing in most runs, which makes it full BFGS: on an
-    /// ill-conditioned problem of 32 variables it needs a quarter of the evaluations that a memory of 20 needs, and a
-    /// step remembered costs two vectors only.
-    pub memory: usize,
-    /// Relative change of the objective, over `patience` iterations, that counts as none.
-    pub objective_tolerance: f64,
-    /// Iterations over which the change of the objective is measured.
-    pub patience: usize,
-    /// Reduction of the norm of the gradient at which the run has converged.
-    pub gradient_tolerance: f64,
-    /// Length of the first trial step, in scaled variables.
-    pub first_step: f64,
-    /// Limits of the run.
-    pub limits: Limits,
-}
-
-impl Default for Lbfgs {
-    fn default() -> Self {
-        Self {
-            memory: 500,
-            objective_tolerance: 1e-7,
-            patience: 10,
-            gradient_tolerance: 1e-10,
-            first_step: 0.1,
-            limits: Limits::default(),
-        }
-    }
-}
-
-impl Lbfgs {
-    /// The name in case files.
-    pub const NAME: &'static str = "lbfgs";
-
-    fn check(&self) -> Result<(), OptimizeError> {
-        let settings = [
-            ("memory", self.memory as f64, self.memory >= 1, "at least 1"),
-            ("patience", self.patience as f64, self.patience >= 1, "at least 1"),
-            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
-            ("objective_tolerance", self.objective_tolerance, self.objective_tolerance >= 0.0, "0 or more"),
-            ("gradient_tolerance", self.gradient_tolerance, self.gradient_tolerance >= 0.0, "0 or more"),
-            ("first_step", self.first_step, self.first_step > 0.0 && self.first_step.is_finite(), "positive"),
-        ];
-        match settings.into_iter().find(|s| !s.2) {
-            Some((setting, value, _, range)) => {
-                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
-            }
-            None => Ok(()),
-        }
-    }
-}
 
 impl Optimizer for Lbfgs {
     fn name(&self) -> &'static str {
@@ -99,14 +35,14 @@ impl Optimizer for Lbfgs {
         self.check()?;
         check(problem)?;
         refuse_constraints(problem, Self::NAME)?;
-        let run = RefCell::new(Run::new(*self, problem, observer));
+        let run = RefCell::new(LbfgsRun::new(*self, problem, observer));
         let verdict = drive(&run);
         Ok(run.into_inner().problem.into_inner().close(verdict))
     }
 }
 
 /// Runs `argmin` leg by leg, each from the point reached with an empty memory, until there is a reason to stop.
-fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
+fn drive(run: &RefCell<LbfgsRun<'_>>) -> (Termination, String) {
     if let Err(verdict) = run.borrow_mut().begin() {
         return verdict;
     }
@@ -116,7 +52,7 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
             return verdict;
         }
         let solver = Supervised { run, lbfgs: LBFGS::new(WolfeLineSearch::default(), run.borrow().settings.memory) };
-        let ended = Executor::new(Bridge(run), solver)
+        let ended = Executor::new(ArgminProblem(run), solver)
             .configure(|state| state.param(x).gradient(gradient).cost(cost))
             .ctrlc(false)
             .run();
@@ -126,7 +62,7 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
         }
         if run.problem.inner().halted().is_some() {
             // the ledger words it
-            return (Status::Interrupted, String::new());
+            return (Termination::Interrupted, String::new());
         }
         // a line search failed; the memory may be to blame unless a new one led nowhere either
         if ended.is_err() || !run.leg_gained() {
@@ -139,6 +75,8 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
 mod tests {
     use super::super::testcases::*;
     use super::*;
+    use crate::design::Bounds;
+    use crate::optimize::Limits;
     use approx::assert_relative_eq;
 
     fn at_ones(outcome: &Outcome, tolerance: f64) {
@@ -150,7 +88,7 @@ mod tests {
         for (n, most) in [(2, 60), (32, 250)] {
             let mut case = rosenbrock(n);
             let outcome = run(&Lbfgs::default(), &mut case);
-            assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+            assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
             assert_eq!(outcome.evaluations, case.asked.len());
             assert!(outcome.evaluations <= most, "{n} variables: {} evaluations", outcome.evaluations);
             at_ones(&outcome, 1e-6);
@@ -161,7 +99,7 @@ mod tests {
     fn ill_conditioned_and_tiny() {
         // objective about 1e-2 at the start, 4e-7 at the end
         let outcome = run(&Lbfgs::default(), &mut quadratic(32, 1e8, 1e-10, 4e-7));
-        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
         assert!(outcome.evaluation.unwrap().objective - 4e-7 < 1e-13);
         assert!(outcome.evaluations <= 300, "{}", outcome.evaluations);
     }
@@ -189,7 +127,7 @@ mod tests {
                 ControlFlow::Continue(())
             })
             .unwrap();
-        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
         // Newton finds 1.342566e-7
         let objective = outcome.evaluation.unwrap().objective;
         assert!(objective < 1.3426e-7, "{objective:e}");
@@ -207,7 +145,7 @@ mod tests {
     fn failed_analyses_are_rejected_steps() {
         let mut case = rosenbrock(2).failing(|x| (x[1] - x[0] * x[0]).abs() > 0.6);
         let outcome = run(&Lbfgs { first_step: 5.0, ..Lbfgs::default() }, &mut case);
-        assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
         assert!(outcome.failures > 0);
         assert!(outcome.message.contains("failed on the way (latest: the test forbids it)"), "{}", outcome.message);
         at_ones(&outcome, 1e-6);
@@ -218,7 +156,7 @@ mod tests {
         // the analysis ends at x0 = 0.5, the minimum is at 1
         let mut case = quadratic(3, 10.0, 1.0, 0.0).failing(|x| x[0] > 0.5);
         let outcome = run(&Lbfgs::default(), &mut case);
-        assert_eq!(outcome.status, Status::Failed, "{}", outcome.message);
+        assert_eq!(outcome.status, Termination::Failed, "{}", outcome.message);
         assert!(outcome.x[0] > 0.49 && outcome.x[0] <= 0.5);
         assert!(outcome.evaluations < 150, "{}", outcome.evaluations);
     }
@@ -227,9 +165,9 @@ mod tests {
     fn failing_start() {
         let mut case = rosenbrock(2).failing(|_| true);
         let outcome = run(&Lbfgs::default(), &mut case);
-        assert_eq!((outcome.status, outcome.evaluations, outcome.failures), (Status::Failed, 1, 1));
+        assert_eq!((outcome.status, outcome.evaluations, outcome.failures), (Termination::Failed, 1, 1));
         assert_eq!(outcome.message, "The analysis fails at the start: the test forbids it.");
-        assert!(outcome.evaluation.is_none() && outcome.x == case.start && outcome.kkt_residual.is_nan());
+        assert!(outcome.evaluation.is_none() && outcome.x == case.description.start && outcome.kkt_residual.is_nan());
     }
 
     #[test]
@@ -238,7 +176,7 @@ mod tests {
         for (lower, upper) in [(-0.5, 0.8), (f64::NEG_INFINITY, 0.8), (1.5, f64::INFINITY), (0.5, 3.0)] {
             let mut case = quadratic(5, 100.0, 1.0, 0.0).bounded(lower, upper);
             let outcome = run(&Lbfgs::default(), &mut case);
-            assert_eq!(outcome.status, Status::Converged, "{}", outcome.message);
+            assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
             assert!(outcome.kkt_residual < 1e-5, "{lower} {upper}: {:e}", outcome.kkt_residual);
             for x in case.asked.iter().flatten() {
                 assert!((lower..=upper).contains(x));
@@ -250,10 +188,10 @@ mod tests {
     fn limits_and_observers_end_the_run() {
         let limits = Limits { evaluations: 7, ..Limits::default() };
         let outcome = run(&Lbfgs { limits, ..Lbfgs::default() }, &mut rosenbrock(2));
-        assert_eq!((outcome.status, outcome.evaluations), (Status::EvaluationLimit, 7));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::EvaluationLimit, 7));
         let limits = Limits { iterations: 5, ..Limits::default() };
         let outcome = run(&Lbfgs { limits, ..Lbfgs::default() }, &mut rosenbrock(2));
-        assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 5));
+        assert_eq!((outcome.status, outcome.iterations), (Termination::IterationLimit, 5));
         for stop in [1, 2, 9] {
             let mut best = f64::INFINITY;
             let outcome = Lbfgs::default()
@@ -262,7 +200,7 @@ mod tests {
                     if p.evaluation == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
                 })
                 .unwrap();
-            assert_eq!((outcome.status, outcome.evaluations), (Status::Interrupted, stop));
+            assert_eq!((outcome.status, outcome.evaluations), (Termination::Interrupted, stop));
             assert_eq!(outcome.evaluation.unwrap().objective, best);
         }
     }
@@ -270,9 +208,9 @@ mod tests {
     #[test]
     fn start_at_the_minimum() {
         let mut case = rosenbrock(4);
-        case.start = vec![1.0; 4];
+        case.description.start = vec![1.0; 4];
         let outcome = run(&Lbfgs::default(), &mut case);
-        assert_eq!((outcome.status, outcome.evaluations), (Status::Converged, 1));
+        assert_eq!((outcome.status, outcome.evaluations), (Termination::Converged, 1));
         assert_eq!(outcome.message, "Converged: the gradient vanishes.");
     }
 
@@ -281,7 +219,7 @@ mod tests {
         // no tolerance can be met, the end is where slopes are noise
         let method = Lbfgs { objective_tolerance: 0.0, gradient_tolerance: 0.0, ..Lbfgs::default() };
         let outcome = run(&method, &mut quadratic(6, 1e3, 1.0, 1.0));
-        assert!(matches!(outcome.status, Status::Stalled | Status::Converged), "{}", outcome.message);
+        assert!(matches!(outcome.status, Termination::Stalled | Termination::Converged), "{}", outcome.message);
         assert!(outcome.message.contains("gradient"), "{}", outcome.message);
         at_ones(&outcome, 1e-6);
     }
@@ -292,15 +230,16 @@ mod tests {
             method.minimize(case, &mut |_| ControlFlow::Continue(())).unwrap_err()
         };
         let mut case = rosenbrock(2);
-        case.constraints = vec!["area".into()];
+        case.description.constraint_names = vec!["area".into()];
+        case.description.constraint_bounds = vec![Bounds::FREE];
         let error = refuse(Lbfgs::default(), &mut case);
         assert_eq!(error, OptimizeError::ConstraintsNotSupported { method: "lbfgs", count: 1, first: "area".into() });
         let error = refuse(Lbfgs::default(), &mut rosenbrock(2).bounded(2.0, 1.0));
         assert!(matches!(error, OptimizeError::EmptyBounds { lower: 2.0, upper: 1.0, .. }));
         let mut case = rosenbrock(2);
-        case.start[1] = f64::NAN;
+        case.description.start[1] = f64::NAN;
         assert!(matches!(refuse(Lbfgs::default(), &mut case), OptimizeError::Start { .. }));
-        case.start.pop();
+        case.description.start.pop();
         assert!(matches!(refuse(Lbfgs::default(), &mut case), OptimizeError::Length { variables: 2, found: 1, .. }));
         let error = refuse(Lbfgs { memory: 0, ..Lbfgs::default() }, &mut rosenbrock(2));
         assert!(matches!(error, OptimizeError::Setting { setting: "memory", .. }));

@@ -1,14 +1,15 @@
 //! The state of a run of L-BFGS, and the faces it shows to `argmin`.
 
 use super::super::bounded::Bounded;
-use super::super::ledger::{Ledger, dot, norm};
-use super::Lbfgs;
-use super::line_search::{Rejected, WolfeLineSearch};
+use super::super::ledger::{Halted, Ledger};
+use super::super::outcome::{Progress, Termination};
+use super::super::vector::{dot, norm};
+use super::super::verdict;
+use super::line_search::{ArgminState, Rejected, WolfeLineSearch};
+use super::settings::Lbfgs;
 use crate::design::Problem;
-use crate::optimize::{Progress, Status};
 use argmin::core::{
-    CostFunction, Error, Gradient, IterState, KV, Problem as Counted, Solver, State, TerminationReason,
-    TerminationStatus,
+    CostFunction, Error, Gradient, KV, Problem as Counted, Solver, State, TerminationReason, TerminationStatus,
 };
 use argmin::solver::quasinewton::LBFGS;
 use std::cell::RefCell;
@@ -17,20 +18,20 @@ use std::ops::ControlFlow;
 
 /// A point, its objective and gradient, in the unbounded variables.
 #[derive(Debug, Clone, Default)]
-struct Point {
+struct FirstOrderPoint {
     x: Vec<f64>,
     objective: f64,
     gradient: Vec<f64>,
 }
 
-/// What a run carries from leg to leg.
-pub(super) struct Run<'a> {
+/// The state of a run, which lasts from leg to leg.
+pub(super) struct LbfgsRun<'a> {
     pub(super) problem: Bounded<Ledger<'a>>,
     pub(super) settings: Lbfgs,
     /// The latest points, so that cost and gradient share an evaluation.
-    recent: VecDeque<Point>,
+    recent: VecDeque<FirstOrderPoint>,
     /// Where the run stands.
-    current: Point,
+    current: FirstOrderPoint,
     /// Objectives of the last `patience` iterations.
     objectives: VecDeque<f64>,
     /// Objective where the leg began.
@@ -39,7 +40,7 @@ pub(super) struct Run<'a> {
     step: f64,
     /// Largest norm of the gradient so far.
     steepest: f64,
-    /// What the objective is divided by.
+    /// Divisor of the objective.
     scale: f64,
     /// Whether an analysis succeeded since the last step.
     succeeded: bool,
@@ -48,10 +49,10 @@ pub(super) struct Run<'a> {
     /// Iterations in a row in which an analysis failed, and in which none did.
     hindered: usize,
     unhindered: usize,
-    pub(super) verdict: Option<(Status, String)>,
+    pub(super) verdict: Option<(Termination, String)>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> LbfgsRun<'a> {
     /// Points kept: a little more than those of one line search.
     const RECENT: usize = 24;
 
@@ -64,7 +65,7 @@ impl<'a> Run<'a> {
             problem: Bounded::new(Ledger::new(problem, observer, settings.limits)),
             settings,
             recent: VecDeque::new(),
-            current: Point::default(),
+            current: FirstOrderPoint::default(),
             objectives: VecDeque::new(),
             leg_start: f64::INFINITY,
             step: settings.first_step,
@@ -79,12 +80,10 @@ impl<'a> Run<'a> {
     }
 
     /// Evaluates the start.
-    pub(super) fn begin(&mut self) -> Result<(), (Status, String)> {
-        let start = self.problem.start().to_vec();
-        self.current = self.at(&start).map_err(|_| {
-            let reason = self.problem.inner().last_failure();
-            (Status::Failed, format!("The analysis fails at the start: {reason}."))
-        })?;
+    pub(super) fn begin(&mut self) -> Result<(), (Termination, String)> {
+        let start = self.problem.description().start.to_vec();
+        let first = self.at(&start);
+        self.current = first.map_err(|_| verdict::fails_at_start(self.problem.inner().last_failure()))?;
         self.judge();
         Ok(())
     }
@@ -99,7 +98,7 @@ impl<'a> Run<'a> {
     }
 
     /// Objective and gradient at `x`, evaluated once.
-    fn at(&mut self, x: &[f64]) -> Result<Point, Error> {
+    fn at(&mut self, x: &[f64]) -> Result<FirstOrderPoint, Error> {
         if let Some(point) = self.recent.iter().rfind(|p| p.x == x) {
             return Ok(point.clone());
         }
@@ -112,13 +111,13 @@ impl<'a> Run<'a> {
         if self.recent.len() == Self::RECENT {
             self.recent.pop_front();
         }
-        let point = Point { x: x.to_vec(), objective: evaluation.objective, gradient: evaluation.gradient };
+        let point = FirstOrderPoint { x: x.to_vec(), objective: evaluation.objective, gradient: evaluation.gradient };
         self.recent.push_back(point.clone());
         Ok(point)
     }
 
     /// Takes the step to `next`. Returns whether the leg can go on.
-    fn accept(&mut self, next: Point) -> bool {
+    fn accept(&mut self, next: FirstOrderPoint) -> bool {
         let change = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
         let s = change(&next.x, &self.current.x);
         let y = change(&next.gradient, &self.current.gradient);
@@ -155,20 +154,18 @@ impl<'a> Run<'a> {
                 let ratio = slope / self.steepest;
                 format!("Converged: the gradient fell to {slope:.1e}, {ratio:.1e} of its largest norm.")
             };
-            Some((Status::Converged, message))
+            Some((Termination::Converged, message))
         } else if self.hindered >= patience && unchanged(objective_tolerance.sqrt()) {
             // steps that are short because of failures are no sign of a minimum
-            Some((Status::Failed, self.pressed()))
+            Some(verdict::walled_in(self.problem.inner(), slope))
         } else if self.unhindered >= patience && unchanged(objective_tolerance) {
             let change = (before - objective) / objective.abs();
             let message = format!(
                 "Converged: the objective changed by {change:.1e} of its size over {patience} iterations; the norm of the gradient is {slope:.1e}."
             );
-            Some((Status::Converged, message))
+            Some((Termination::Converged, message))
         } else if self.problem.inner().out_of_iterations() {
-            let message =
-                format!("Stopped at the limit of {} iterations before a tolerance was met.", limits.iterations);
-            Some((Status::IterationLimit, message))
+            Some(verdict::iteration_limit(limits.iterations))
         } else {
             None
         };
@@ -176,42 +173,24 @@ impl<'a> Run<'a> {
 
     /// Whether the leg that just ended lowered the objective by more than the tolerance.
     pub(super) fn leg_gained(&self) -> bool {
-        let Point { objective, .. } = self.current;
+        let FirstOrderPoint { objective, .. } = self.current;
         self.leg_start - objective > self.settings.objective_tolerance * objective.abs()
     }
 
-    /// What to say where failed analyses stand in the way.
-    fn pressed(&self) -> String {
-        let reason = self.problem.inner().last_failure();
-        let slope = norm(&self.current.gradient);
-        format!(
-            "The objective falls only towards points where the analysis fails: {reason}. The norm of the gradient is {slope:.1e}."
-        )
-    }
-
     /// The verdict where no line search leads on.
-    pub(super) fn stuck(&self) -> (Status, String) {
+    pub(super) fn stuck(&self) -> (Termination, String) {
         let slope = norm(&self.current.gradient);
         if !self.succeeded && self.problem.inner().last_failed() {
-            return (Status::Failed, self.pressed());
+            return verdict::walled_in(self.problem.inner(), slope);
         }
-        let ratio = slope / self.steepest;
-        let message = format!(
-            "No step lowers the objective further at the precision it is computed with; the norm of the gradient is {slope:.1e}, {ratio:.1e} of its largest."
-        );
-        (Status::Stalled, message)
+        verdict::no_descent(slope, self.steepest)
     }
 }
 
-/// The observer or a limit ended the run in the middle of a line search.
-#[derive(Debug, thiserror::Error)]
-#[error("the run has ended")]
-struct Halted;
-
 /// The scaled objective as `argmin` sees it.
-pub(super) struct Bridge<'r, 'a>(pub(super) &'r RefCell<Run<'a>>);
+pub(super) struct ArgminProblem<'r, 'a>(pub(super) &'r RefCell<LbfgsRun<'a>>);
 
-impl CostFunction for Bridge<'_, '_> {
+impl CostFunction for ArgminProblem<'_, '_> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -221,7 +200,7 @@ impl CostFunction for Bridge<'_, '_> {
     }
 }
 
-impl Gradient for Bridge<'_, '_> {
+impl Gradient for ArgminProblem<'_, '_> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
@@ -233,28 +212,30 @@ impl Gradient for Bridge<'_, '_> {
     }
 }
 
-type Iterate = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
-
 /// `argmin`'s L-BFGS under the stopping criteria of this module.
 pub(super) struct Supervised<'r, 'a> {
-    pub(super) run: &'r RefCell<Run<'a>>,
+    pub(super) run: &'r RefCell<LbfgsRun<'a>>,
     pub(super) lbfgs: LBFGS<WolfeLineSearch, Vec<f64>, Vec<f64>, f64>,
 }
 
-impl<'r, 'a> Solver<Bridge<'r, 'a>, Iterate> for Supervised<'r, 'a> {
+impl<'r, 'a> Solver<ArgminProblem<'r, 'a>, ArgminState> for Supervised<'r, 'a> {
     fn name(&self) -> &str {
         "supervised L-BFGS"
     }
 
-    fn init(&mut self, problem: &mut Counted<Bridge<'r, 'a>>, state: Iterate) -> Result<(Iterate, Option<KV>), Error> {
+    fn init(
+        &mut self,
+        problem: &mut Counted<ArgminProblem<'r, 'a>>,
+        state: ArgminState,
+    ) -> Result<(ArgminState, Option<KV>), Error> {
         self.lbfgs.init(problem, state)
     }
 
     fn next_iter(
         &mut self,
-        problem: &mut Counted<Bridge<'r, 'a>>,
-        state: Iterate,
-    ) -> Result<(Iterate, Option<KV>), Error> {
+        problem: &mut Counted<ArgminProblem<'r, 'a>>,
+        state: ArgminState,
+    ) -> Result<(ArgminState, Option<KV>), Error> {
         let (state, kv) = self.lbfgs.next_iter(problem, state)?;
         if state.terminated() {
             return Ok((state, kv));
@@ -266,7 +247,7 @@ impl<'r, 'a> Solver<Bridge<'r, 'a>, Iterate> for Supervised<'r, 'a> {
         Ok((state, kv))
     }
 
-    fn terminate(&mut self, _state: &Iterate) -> TerminationStatus {
+    fn terminate(&mut self, _state: &ArgminState) -> TerminationStatus {
         TerminationStatus::NotTerminated
     }
 }

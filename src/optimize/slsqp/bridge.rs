@@ -1,8 +1,9 @@
 //! A run of SLSQP, and the face it shows to `basin`.
 
-use super::super::kkt::Point;
-use super::super::ledger::{Ledger, norm};
-use super::Slsqp;
+use super::super::constraint_row::{ConstraintRow, scale_factor};
+use super::super::kkt::Iterate;
+use super::super::ledger::{Halted, Ledger};
+use super::super::vector::norm;
 use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem};
 use basin::{
     BoxBounds, ConstraintDescription, ConstraintJacobian, ConstraintSet, ConstraintSolveError, Constraints,
@@ -11,37 +12,28 @@ use basin::{
 };
 use std::cell::RefCell;
 
-/// One side of a constraint as `basin` knows it: `factor · (value − bound)`, to be 0 or at most 0.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    constraint: usize,
-    bound: f64,
-    factor: f64,
-}
-
-/// What a run carries from leg to leg.
-pub(super) struct Run<'a> {
+/// The state of a run, which lasts from leg to leg.
+pub(super) struct SlsqpRun<'a> {
     pub ledger: Ledger<'a>,
-    pub settings: Slsqp,
+    /// Length of the first step along the negative gradient of the objective.
+    first_step: f64,
     /// The latest point, so that objective, constraints and gradients share an evaluation.
     latest: Option<(Vec<f64>, Result<Evaluation, AnalysisFailure>)>,
-    /// What the objective is multiplied by.
+    /// Factor of the objective.
     scale: f64,
     /// Where the method stands.
-    anchor: Option<Point>,
-    equalities: Vec<Row>,
-    inequalities: Vec<Row>,
+    anchor: Option<Iterate>,
+    /// Rows that must be 0.
+    equalities: Vec<ConstraintRow>,
+    /// Rows that must not be positive.
+    inequalities: Vec<ConstraintRow>,
 }
 
-/// The run is over: the ledger gives no more evaluations.
-#[derive(Debug)]
-pub(super) struct Halted;
-
-impl<'a> Run<'a> {
-    pub fn new(ledger: Ledger<'a>, settings: Slsqp) -> Self {
+impl<'a> SlsqpRun<'a> {
+    pub fn new(ledger: Ledger<'a>, first_step: f64) -> Self {
         Self {
             ledger,
-            settings,
+            first_step,
             latest: None,
             scale: 1.0,
             anchor: None,
@@ -51,37 +43,37 @@ impl<'a> Run<'a> {
     }
 
     /// Evaluates the start, moved into its bounds, and chooses the scales of objective and constraints there.
-    pub fn begin(&mut self) -> Result<Point, AnalysisFailure> {
-        let bounds = self.ledger.variable_bounds();
-        let x: Vec<f64> = self.ledger.start().iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
+    pub fn begin(&mut self) -> Result<Iterate, AnalysisFailure> {
+        let bounds = &self.ledger.description().variable_bounds;
+        let x: Vec<f64> =
+            self.ledger.description().start.iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
         let point = self.point(&x)?;
         let evaluation = &point.evaluation;
         let slope = norm(&evaluation.gradient);
         if slope > 0.0 {
-            self.scale = self.settings.first_step / slope;
+            self.scale = self.first_step / slope;
         }
-        let bounds = self.ledger.constraint_bounds().iter();
+        let bounds = self.ledger.description().constraint_bounds.iter();
         for (constraint, (&Bounds { lower, upper }, row)) in bounds.zip(&evaluation.jacobian).enumerate() {
-            let slope = norm(row);
-            let factor = if slope > 0.0 { 1.0 / slope } else { 1.0 };
+            let factor = scale_factor(row);
             if lower == upper {
-                self.equalities.push(Row { constraint, bound: lower, factor });
+                self.equalities.push(ConstraintRow { constraint, bound: lower, factor });
                 continue;
             }
             if lower > f64::NEG_INFINITY {
-                self.inequalities.push(Row { constraint, bound: lower, factor: -factor });
+                self.inequalities.push(ConstraintRow { constraint, bound: lower, factor: -factor });
             }
             if upper < f64::INFINITY {
-                self.inequalities.push(Row { constraint, bound: upper, factor });
+                self.inequalities.push(ConstraintRow { constraint, bound: upper, factor });
             }
         }
         Ok(point)
     }
 
     /// The point at `x`, with what optimality it has.
-    pub fn point(&mut self, x: &[f64]) -> Result<Point, AnalysisFailure> {
+    pub fn point(&mut self, x: &[f64]) -> Result<Iterate, AnalysisFailure> {
         let evaluation = self.at(x)?;
-        Ok(Point::new(&self.ledger, x, evaluation))
+        Ok(Iterate::new(&self.ledger, x, evaluation))
     }
 
     fn at(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
@@ -96,29 +88,29 @@ impl<'a> Run<'a> {
     }
 
     /// The method stands at `point`: objectives are measured from there.
-    pub fn stand_at(&mut self, point: &Point) {
+    pub fn stand_at(&mut self, point: &Iterate) {
         self.anchor = Some(point.clone());
     }
 
-    fn rows(&self) -> impl Iterator<Item = &Row> {
+    fn rows(&self) -> impl Iterator<Item = &ConstraintRow> {
         self.equalities.iter().chain(&self.inequalities)
     }
 }
 
-/// What `basin` sees: the problem with objective and constraints scaled. A failed analysis is NaN, which its line search
-/// answers with half the step.
-pub(super) struct Bridge<'r, 'a> {
-    run: &'r RefCell<Run<'a>>,
+/// The problem as `basin` sees it, with objective and constraints scaled. A failed analysis is NaN, which its line
+/// search answers with half the step.
+pub(super) struct BasinProblem<'r, 'a> {
+    run: &'r RefCell<SlsqpRun<'a>>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     equalities: usize,
     inequalities: usize,
 }
 
-impl<'r, 'a> Bridge<'r, 'a> {
-    pub fn new(run: &'r RefCell<Run<'a>>) -> Self {
+impl<'r, 'a> BasinProblem<'r, 'a> {
+    pub fn new(run: &'r RefCell<SlsqpRun<'a>>) -> Self {
         let state = run.borrow();
-        let bounds = state.ledger.variable_bounds();
+        let bounds = &state.ledger.description().variable_bounds;
         Self {
             run,
             lower: bounds.iter().map(|b| b.lower).collect(),
@@ -133,7 +125,7 @@ impl<'r, 'a> Bridge<'r, 'a> {
         &self,
         x: &[f64],
         length: usize,
-        of: impl FnOnce(&Run<'a>, &Evaluation) -> Vec<f64>,
+        of: impl FnOnce(&SlsqpRun<'a>, &Evaluation) -> Vec<f64>,
     ) -> Result<Vec<f64>, Halted> {
         let mut run = self.run.borrow_mut();
         match run.at(x) {
@@ -144,11 +136,7 @@ impl<'r, 'a> Bridge<'r, 'a> {
     }
 }
 
-fn residual(row: &Row, evaluation: &Evaluation) -> f64 {
-    row.factor * (evaluation.constraints[row.constraint] - row.bound)
-}
-
-impl CostFunction for Bridge<'_, '_> {
+impl CostFunction for BasinProblem<'_, '_> {
     type Param = Vec<f64>;
     type Output = f64;
     type Error = Halted;
@@ -160,7 +148,7 @@ impl CostFunction for Bridge<'_, '_> {
     }
 }
 
-impl Gradient for Bridge<'_, '_> {
+impl Gradient for BasinProblem<'_, '_> {
     type Gradient = Vec<f64>;
 
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Halted> {
@@ -168,7 +156,7 @@ impl Gradient for Bridge<'_, '_> {
     }
 }
 
-impl Constraints for Bridge<'_, '_> {
+impl Constraints for BasinProblem<'_, '_> {
     type Set = ConstraintSet<BoxBounds<Vec<f64>>, NoLinearConstraints, NonlinearBlocks<NonlinearBlock, NonlinearBlock>>;
 
     fn constraints(&self) -> <Self::Set as ConstraintDescription>::Borrowed<'_> {
@@ -179,30 +167,29 @@ impl Constraints for Bridge<'_, '_> {
     }
 }
 
-impl NonlinearEqualityValues for Bridge<'_, '_> {
+impl NonlinearEqualityValues for BasinProblem<'_, '_> {
     type Param = Vec<f64>;
     type Values = Vec<f64>;
     type Error = Halted;
 
     fn nonlinear_equalities(&self, x: &Vec<f64>) -> Result<Vec<f64>, ConstraintSolveError<Halted>> {
-        let values = self.numbers(x, self.equalities, |run, e| run.equalities.iter().map(|r| residual(r, e)).collect());
+        let values = self.numbers(x, self.equalities, |run, e| run.equalities.iter().map(|r| r.value(e)).collect());
         Ok(values?)
     }
 }
 
-impl NonlinearInequalityValues for Bridge<'_, '_> {
+impl NonlinearInequalityValues for BasinProblem<'_, '_> {
     type Param = Vec<f64>;
     type Values = Vec<f64>;
     type Error = Halted;
 
     fn nonlinear_inequalities(&self, x: &Vec<f64>) -> Result<Vec<f64>, ConstraintSolveError<Halted>> {
-        let values =
-            self.numbers(x, self.inequalities, |run, e| run.inequalities.iter().map(|r| residual(r, e)).collect());
+        let values = self.numbers(x, self.inequalities, |run, e| run.inequalities.iter().map(|r| r.value(e)).collect());
         Ok(values?)
     }
 }
 
-impl ConstraintJacobian for Bridge<'_, '_> {
+impl ConstraintJacobian for BasinProblem<'_, '_> {
     type Param = Vec<f64>;
     type Jacobian = DenseMatrix;
     type Error = Halted;

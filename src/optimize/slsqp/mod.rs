@@ -7,15 +7,16 @@
 
 mod bridge;
 
-use super::kkt::Point;
+use super::kkt::Iterate;
 use super::ledger::Ledger;
-use super::outcome::check;
+use super::optimizer::{Limits, Optimizer};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::settings::{Range, check_settings};
 use super::verdict as report;
 use super::watch::{Ending, Watch};
-use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::Problem;
 use basin::{SelectedFirstOrderState, SlsqpFailure, Solver, State};
-use bridge::{Bridge, Run};
+use bridge::{BasinProblem, SlsqpRun};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
@@ -31,8 +32,8 @@ use std::ops::ControlFlow;
 /// [`optimality_tolerance`](Self::optimality_tolerance) times the largest projected gradient of the objective met so
 /// far, or times 1 if that is less. [`Outcome::multipliers`] and the message tell which constraints hold the design.
 ///
-/// Where no constraint can be met any better the run ends as [`Status::Infeasible`] and the message names what stands
-/// against what.
+/// Where no constraint can be met any better the run ends as [`Termination::Infeasible`] and the message names what
+/// stands against what.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slsqp {
     /// KKT residual, in units of the largest gradient met (at most 1), at which the run has converged.
@@ -65,20 +66,16 @@ impl Slsqp {
     pub const NAME: &'static str = "slsqp";
 
     fn check(&self) -> Result<(), OptimizeError> {
-        let positive = |v: f64| v > 0.0 && v.is_finite();
-        let settings = [
-            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
-            ("patience", self.patience as f64, self.patience >= 1, "at least 1"),
-            ("optimality_tolerance", self.optimality_tolerance, self.optimality_tolerance >= 0.0, "0 or more"),
-            ("feasibility_tolerance", self.feasibility_tolerance, positive(self.feasibility_tolerance), "positive"),
-            ("first_step", self.first_step, positive(self.first_step), "positive"),
-        ];
-        match settings.into_iter().find(|s| !s.2) {
-            Some((setting, value, _, range)) => {
-                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
-            }
-            None => Ok(()),
-        }
+        check_settings(
+            Self::NAME,
+            self.limits,
+            &[
+                ("patience", self.patience as f64, Range::AtLeastOne),
+                ("optimality_tolerance", self.optimality_tolerance, Range::NotNegative),
+                ("feasibility_tolerance", self.feasibility_tolerance, Range::Positive),
+                ("first_step", self.first_step, Range::Positive),
+            ],
+        )
     }
 }
 
@@ -95,8 +92,8 @@ impl Optimizer for Slsqp {
         self.check()?;
         check(problem)?;
         let ledger = Ledger::new(problem, observer, self.limits).feasible_within(self.feasibility_tolerance);
-        let run = RefCell::new(Run::new(ledger, *self));
-        let verdict = drive(&run);
+        let run = RefCell::new(SlsqpRun::new(ledger, self.first_step));
+        let verdict = drive(&run, *self);
         Ok(run.into_inner().ledger.close(verdict))
     }
 }
@@ -107,7 +104,7 @@ const LEGS: usize = 20;
 /// Why a leg ended.
 enum LegEnd {
     /// With a reason for the whole run.
-    Verdict(Status, String),
+    Verdict(Termination, String),
     /// `basin` saw no way on.
     GaveUp(Option<SlsqpFailure>),
     /// The ledger refused an evaluation; it words the reason.
@@ -128,24 +125,24 @@ impl Judge {
     }
 
     /// The end of the run, if `point` is one.
-    fn judge(&mut self, run: &mut Run<'_>, point: &Point) -> Option<(Status, String)> {
+    fn judge(&mut self, run: &mut SlsqpRun<'_>, point: &Iterate) -> Option<(Termination, String)> {
         let slope = point.evaluation.gradient.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
         self.steepest = self.steepest.max(slope);
         let wanted = self.settings.optimality_tolerance * self.steepest.min(1.0);
         Some(match self.watch.judge(&run.ledger, point, wanted)? {
             Ending::Optimal => {
                 run.ledger.settle_on(&point.x, &point.evaluation);
-                (Status::Converged, report::converged(&run.ledger, point))
+                (Termination::Converged, report::converged(&run.ledger, point))
             }
             Ending::OutOfIterations => {
-                (Status::IterationLimit, report::out_of_iterations(&run.ledger, &run.ledger.handed_out(point)))
+                (Termination::IterationLimit, report::out_of_iterations(&run.ledger, &run.ledger.handed_out(point)))
             }
             Ending::Stalled => self.stuck(&run.ledger, point),
         })
     }
 
     /// No step leads on from `point`.
-    fn stuck(&self, ledger: &Ledger<'_>, point: &Point) -> (Status, String) {
+    fn stuck(&self, ledger: &Ledger<'_>, point: &Iterate) -> (Termination, String) {
         let point = ledger.handed_out(point);
         if ledger.last_failed() {
             return report::beset(ledger, &point);
@@ -156,12 +153,11 @@ impl Judge {
 
 /// Runs `basin` leg by leg, each from the point reached with the identity for the Hessian, until there is a reason to
 /// stop.
-fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
+fn drive(run: &RefCell<SlsqpRun<'_>>, settings: Slsqp) -> (Termination, String) {
     let mut point = match run.borrow_mut().begin() {
         Ok(point) => point,
-        Err(failure) => return (Status::Failed, format!("The analysis fails at the start: {failure}.")),
+        Err(failure) => return report::fails_at_start(&failure.reason),
     };
-    let settings = run.borrow().settings;
     let mut judge = Judge::new(settings);
     if let Some(verdict) = judge.judge(&mut run.borrow_mut(), &point) {
         return verdict;
@@ -170,7 +166,7 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
         let before = judge.watch.gained_at();
         match leg(run, &mut judge, &mut point) {
             LegEnd::Verdict(status, message) => return (status, message),
-            LegEnd::Halted => return (Status::Interrupted, String::new()),
+            LegEnd::Halted => return (Termination::Interrupted, String::new()),
             // constraints that no linear model can meet are the same in the next leg
             LegEnd::GaveUp(Some(SlsqpFailure::IncompatibleConstraints)) => break,
             LegEnd::GaveUp(_) if judge.watch.gained_at() > before => {}
@@ -181,9 +177,9 @@ fn drive(run: &RefCell<Run<'_>>) -> (Status, String) {
 }
 
 /// Steps from `point`, which follows, until there is a verdict or `basin` gives up.
-fn leg(run: &RefCell<Run<'_>>, judge: &mut Judge, point: &mut Point) -> LegEnd {
+fn leg(run: &RefCell<SlsqpRun<'_>>, judge: &mut Judge, point: &mut Iterate) -> LegEnd {
     run.borrow_mut().stand_at(point);
-    let mut problem = basin::Problem::new(Bridge::new(run));
+    let mut problem = basin::Problem::new(BasinProblem::new(run));
     let mut solver = basin::Slsqp::new().with_absolute_accuracy_tolerance(None);
     let Ok(mut state) = solver.init(&mut problem, SelectedFirstOrderState::new(point.x.clone())) else {
         return LegEnd::Halted;

@@ -1,6 +1,6 @@
 //! The curvature of the Lagrangian: sampled from neighbouring gradients, updated by steps.
 
-use super::super::kkt::Point;
+use super::super::kkt::Iterate;
 use super::super::ledger::Ledger;
 use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -18,7 +18,7 @@ pub(super) struct Curvature {
     least: f64,
     /// Iterations since the last sample.
     pub age: usize,
-    /// Whether there has been one.
+    /// Whether the curvature has been sampled.
     pub sampled: bool,
 }
 
@@ -32,7 +32,7 @@ fn lagrangian(evaluation: &Evaluation, multipliers: &[f64]) -> DVector<f64> {
 }
 
 impl Curvature {
-    /// The same curvature `first` in all of `n` directions.
+    /// Equal curvature `first` in all of `n` directions.
     pub fn new(n: usize, first: f64, least: f64) -> Self {
         Self { matrix: DMatrix::identity(n, n) * first, first, least, age: 0, sampled: false }
     }
@@ -61,7 +61,7 @@ impl Curvature {
     }
 
     /// Damped update of Broyden, Fletcher, Goldfarb and Shanno by the step from `from` to `x`.
-    pub fn update(&mut self, from: &Point, x: &[f64], evaluation: &Evaluation, multipliers: &[f64]) {
+    pub fn update(&mut self, from: &Iterate, x: &[f64], evaluation: &Evaluation, multipliers: &[f64]) {
         self.age += 1;
         let step = DVector::from_iterator(x.len(), x.iter().zip(&from.x).map(|(x, from)| x - from));
         let change = lagrangian(evaluation, multipliers) - lagrangian(&from.evaluation, multipliers);
@@ -78,7 +78,7 @@ impl Curvature {
     }
 
     /// Reads the curvature along every variable off the gradients next to `point`.
-    pub fn sample(&mut self, ledger: &mut Ledger<'_>, point: &Point, bounds: &[Bounds]) {
+    pub fn sample(&mut self, ledger: &mut Ledger<'_>, point: &Iterate, bounds: &[Bounds]) {
         let n = point.x.len();
         let multipliers = &point.optimality.multipliers;
         let steps: Vec<f64> =
@@ -108,7 +108,7 @@ impl Curvature {
     }
 
     /// Positive definite: across the constraints that hold, stiff whatever it was; elsewhere by magnitude.
-    fn positive(&self, mut hessian: DMatrix<f64>, point: &Point, multipliers: &[f64]) -> DMatrix<f64> {
+    fn positive(&self, mut hessian: DMatrix<f64>, point: &Iterate, multipliers: &[f64]) -> DMatrix<f64> {
         let stiffness = hessian.amax();
         for (row, _) in point.evaluation.jacobian.iter().zip(multipliers).filter(|(_, m)| **m != 0.0) {
             let row = DVector::from_column_slice(row);

@@ -9,16 +9,19 @@
 mod curvature;
 mod quadratic;
 
-use super::kkt::Point;
-use super::ledger::{Ledger, dot, norm};
-use super::outcome::check;
+use super::constraint_row::{ConstraintRow, scale_factor};
+use super::kkt::Iterate;
+use super::ledger::Ledger;
+use super::optimizer::{Limits, Optimizer};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::settings::{Range, check_settings};
+use super::vector::{dot, norm};
 use super::verdict;
 use super::watch::{Ending, Watch};
-use super::{Limits, OptimizeError, Optimizer, Outcome, Progress, Status};
 use crate::design::{Bounds, Evaluation, Problem};
 use curvature::Curvature;
 use nalgebra::DMatrix;
-use quadratic::{Quadratic, Step};
+use quadratic::{ElasticProgram, ProgramSolution};
 use std::ops::ControlFlow;
 
 /// Sequential quadratic programming for problems with equality, one- and two-sided constraints and bounds.
@@ -26,7 +29,7 @@ use std::ops::ControlFlow;
 /// The run has converged where every constraint is met within [`feasibility_tolerance`](Self::feasibility_tolerance)
 /// and the [KKT residual](Outcome::kkt_residual) is at most [`optimality_tolerance`](Self::optimality_tolerance). A
 /// failed analysis is a rejected step. Where no constraint can be met any better the run ends as
-/// [`Status::Infeasible`] and the message names what stands against what.
+/// [`Termination::Infeasible`] and the message names what stands against what.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sqp {
     /// KKT residual (objective per scaled variable) at which the run has converged.
@@ -70,21 +73,17 @@ impl Sqp {
     }
 
     fn check(&self) -> Result<(), OptimizeError> {
-        let positive = |v: f64| v > 0.0 && v.is_finite();
-        let settings = [
-            ("max_evaluations", self.limits.evaluations as f64, self.limits.evaluations >= 1, "at least 1"),
-            ("patience", self.patience as f64, self.patience >= 1, "at least 1"),
-            ("optimality_tolerance", self.optimality_tolerance, self.optimality_tolerance >= 0.0, "0 or more"),
-            ("feasibility_tolerance", self.feasibility_tolerance, positive(self.feasibility_tolerance), "positive"),
-            ("first_step", self.first_step, positive(self.first_step), "positive"),
-            ("radius", self.radius, positive(self.radius), "positive"),
-        ];
-        match settings.into_iter().find(|s| !s.2) {
-            Some((setting, value, _, range)) => {
-                Err(OptimizeError::Setting { method: Self::NAME, setting, value, range })
-            }
-            None => Ok(()),
-        }
+        check_settings(
+            Self::NAME,
+            self.limits,
+            &[
+                ("patience", self.patience as f64, Range::AtLeastOne),
+                ("optimality_tolerance", self.optimality_tolerance, Range::NotNegative),
+                ("feasibility_tolerance", self.feasibility_tolerance, Range::Positive),
+                ("first_step", self.first_step, Range::Positive),
+                ("radius", self.radius, Range::Positive),
+            ],
+        )
     }
 }
 
@@ -106,39 +105,24 @@ impl Optimizer for Sqp {
     }
 }
 
-/// One side of a constraint, normalised: `factor · (value − bound) ≥ 0`.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    constraint: usize,
-    bound: f64,
-    factor: f64,
-}
-
-/// All sides of all constraints, their gradients at `start` brought to length one.
-fn rows(bounds: &[Bounds], start: &Evaluation) -> Vec<Row> {
+/// All sides of all constraints, each to be at least 0, their gradients at `start` brought to length one.
+fn rows(bounds: &[Bounds], start: &Evaluation) -> Vec<ConstraintRow> {
     let mut rows = Vec::new();
     for (constraint, (b, slope)) in bounds.iter().zip(&start.jacobian).enumerate() {
-        let slope = norm(slope);
-        let factor = if slope > 0.0 { 1.0 / slope } else { 1.0 };
+        let factor = scale_factor(slope);
         if b.lower > f64::NEG_INFINITY {
-            rows.push(Row { constraint, bound: b.lower, factor });
+            rows.push(ConstraintRow { constraint, bound: b.lower, factor });
         }
         if b.upper < f64::INFINITY {
-            rows.push(Row { constraint, bound: b.upper, factor: -factor });
+            rows.push(ConstraintRow { constraint, bound: b.upper, factor: -factor });
         }
     }
     rows
 }
 
-impl Row {
-    fn value(&self, evaluation: &Evaluation) -> f64 {
-        self.factor * (evaluation.constraints[self.constraint] - self.bound)
-    }
-}
-
 /// Smallest trust region.
 const LEAST_RADIUS: f64 = 1e-10;
-/// Largest one.
+/// Largest trust region.
 const MOST_RADIUS: f64 = 10.0;
 /// Trust region after the curvature has been sampled, at least.
 const RENEWED_RADIUS: f64 = 0.1;
@@ -149,9 +133,9 @@ const PRICE: f64 = 1e3;
 const NEARLY_MET: f64 = 3e-3;
 
 /// A run on its way.
-struct State {
-    point: Point,
-    rows: Vec<Row>,
+struct SqpRun {
+    point: Iterate,
+    rows: Vec<ConstraintRow>,
     curvature: Curvature,
     radius: f64,
     /// Curvature added in all directions: small where the model has proved right.
@@ -163,14 +147,14 @@ struct State {
 
 /// A step that the model proposes.
 struct Proposal {
-    step: Step,
+    step: ProgramSolution,
     /// Decrease of the merit function it predicts.
     predicted: f64,
     /// Linearised rows at its end.
     linear: Vec<f64>,
 }
 
-impl State {
+impl SqpRun {
     fn row_matrix(&self) -> DMatrix<f64> {
         let jacobian = &self.point.evaluation.jacobian;
         DMatrix::from_fn(self.rows.len(), self.point.x.len(), |i, j| {
@@ -196,11 +180,11 @@ impl State {
     }
 
     /// The step of the model at a price, for rows that have `values` now.
-    fn solve(&self, bounds: &[Bounds], rows: &DMatrix<f64>, values: &[f64], price: f64) -> Option<Step> {
+    fn solve(&self, bounds: &[Bounds], rows: &DMatrix<f64>, values: &[f64], price: f64) -> Option<ProgramSolution> {
         self.solve_for(bounds, rows, values, price, &self.point.evaluation.gradient, &self.model())
     }
 
-    /// The same for another gradient and curvature.
+    /// The step of the model with another gradient and curvature in place of its own.
     fn solve_for(
         &self,
         bounds: &[Bounds],
@@ -209,7 +193,7 @@ impl State {
         price: f64,
         gradient: &[f64],
         hessian: &DMatrix<f64>,
-    ) -> Option<Step> {
+    ) -> Option<ProgramSolution> {
         let x = &self.point.x;
         let reach = |k: usize| {
             let (low, high) = ((bounds[k].lower - x[k]).max(-self.radius), (bounds[k].upper - x[k]).min(self.radius));
@@ -218,7 +202,7 @@ impl State {
         };
         let (lower, upper): (Vec<f64>, Vec<f64>) = (0..x.len()).map(reach).unzip();
         let needed: Vec<f64> = values.iter().map(|v| -v).collect();
-        Quadratic {
+        ElasticProgram {
             gradient,
             hessian,
             rows,
@@ -250,7 +234,7 @@ impl State {
         Some(Proposal { predicted: relief - model, step, linear })
     }
 
-    /// What the rows are short of, at the price of each.
+    /// Sum of the shortfalls of the rows, each times its price.
     fn shortfall(&self, values: &[f64]) -> f64 {
         values.iter().zip(&self.weights).map(|(v, w)| w * (-v).max(0.0)).sum()
     }
@@ -267,7 +251,7 @@ impl State {
         }
     }
 
-    fn moved(&self, bounds: &[Bounds], step: &Step) -> Vec<f64> {
+    fn moved(&self, bounds: &[Bounds], step: &ProgramSolution) -> Vec<f64> {
         let x = self.point.x.iter().zip(step.d.iter()).zip(bounds);
         x.map(|((x, d), b)| (x + d).clamp(b.lower, b.upper)).collect()
     }
@@ -279,7 +263,7 @@ impl State {
     }
 
     /// Multipliers of the constraints as the step sees them.
-    fn multipliers(&self, step: &Step) -> Vec<f64> {
+    fn multipliers(&self, step: &ProgramSolution) -> Vec<f64> {
         let mut sums = vec![0.0; self.point.evaluation.constraints.len()];
         for (row, z) in self.rows.iter().zip(&step.multipliers) {
             sums[row.constraint] += row.factor * z;
@@ -288,26 +272,27 @@ impl State {
     }
 }
 
-/// What came of a proposal.
+/// The result of trying a proposal.
 enum Trial {
     Accepted { x: Vec<f64>, evaluation: Evaluation, ratio: f64 },
     Rejected,
     Failed,
 }
 
-fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
-    let bounds = ledger.variable_bounds().to_vec();
-    let start: Vec<f64> = ledger.start().iter().zip(&bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
+fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
+    let bounds = ledger.description().variable_bounds.to_vec();
+    let start: Vec<f64> =
+        ledger.description().start.iter().zip(&bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
     let evaluation = match ledger.evaluate(&start) {
         Ok(evaluation) => evaluation,
-        Err(failure) => return (Status::Failed, format!("The analysis fails at the start: {failure}.")),
+        Err(failure) => return verdict::fails_at_start(&failure.reason),
     };
     let slope = norm(&evaluation.gradient).max(f64::MIN_POSITIVE);
-    let rows = rows(ledger.constraint_bounds(), &evaluation);
-    let mut state = State {
+    let rows = rows(&ledger.description().constraint_bounds, &evaluation);
+    let mut state = SqpRun {
         weights: vec![0.0; rows.len()],
         rows,
-        point: Point::new(ledger, &start, evaluation),
+        point: Iterate::new(ledger, &start, evaluation),
         curvature: Curvature::new(start.len(), slope / settings.first_step, 2.0 * settings.optimality_tolerance),
         radius: settings.radius,
         damping: 0.0,
@@ -323,11 +308,11 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
                 if state.slack() > settings.feasibility_tolerance {
                     settle(ledger, &mut state, &bounds, settings);
                 }
-                return (Status::Converged, verdict::converged(ledger, &state.point));
+                return (Termination::Converged, verdict::converged(ledger, &state.point));
             }
             Some(Ending::OutOfIterations) => {
                 let point = retreat(ledger, &mut state, &bounds, settings);
-                return (Status::IterationLimit, verdict::out_of_iterations(ledger, &point));
+                return (Termination::IterationLimit, verdict::out_of_iterations(ledger, &point));
             }
             Some(Ending::Stalled) => {
                 let point = retreat(ledger, &mut state, &bounds, settings);
@@ -349,7 +334,7 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
         let advanced = if nearly { Some(()) } else { advance(ledger, &mut state, &bounds) };
         match advanced {
             Some(()) => ledger.iteration += 1,
-            None if ledger.halted().is_some() => return (Status::Interrupted, String::new()),
+            None if ledger.halted().is_some() => return (Termination::Interrupted, String::new()),
             None => {
                 if ledger.last_failed() {
                     return verdict::beset(ledger, &ledger.handed_out(&state.point));
@@ -363,7 +348,7 @@ fn run(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Status, String) {
 
 /// The point that a run without convergence hands out: where it stands brought onto the constraints, unless an earlier
 /// one is better.
-fn retreat(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], settings: &Sqp) -> Point {
+fn retreat(ledger: &mut Ledger<'_>, state: &mut SqpRun, bounds: &[Bounds], settings: &Sqp) -> Iterate {
     const STEPS: usize = 5;
     for _ in 0..STEPS {
         if state.point.violation <= settings.feasibility_tolerance || !restore(ledger, state, bounds) {
@@ -374,11 +359,11 @@ fn retreat(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], settin
 }
 
 /// The shortest step that brings the constraints that hold onto their bounds, if the point stays optimal there.
-fn settle(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], settings: &Sqp) {
+fn settle(ledger: &mut Ledger<'_>, state: &mut SqpRun, bounds: &[Bounds], settings: &Sqp) {
     let before = (state.point.clone(), state.rows.clone());
-    let both = |row: &Row| {
+    let both = |row: &ConstraintRow| {
         let holds = state.point.optimality.multipliers[row.constraint] * row.factor > 0.0;
-        let other = holds.then_some(Row { factor: -row.factor, ..*row });
+        let other = holds.then_some(ConstraintRow { factor: -row.factor, ..*row });
         std::iter::once(*row).chain(other)
     };
     state.rows = state.rows.iter().flat_map(both).collect();
@@ -393,7 +378,7 @@ fn settle(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], setting
 }
 
 /// The shortest step onto the constraints; whether it led there.
-fn restore(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> bool {
+fn restore(ledger: &mut Ledger<'_>, state: &mut SqpRun, bounds: &[Bounds]) -> bool {
     let still = vec![0.0; state.point.x.len()];
     let identity = DMatrix::identity(still.len(), still.len());
     let rows = state.row_matrix();
@@ -401,7 +386,7 @@ fn restore(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> boo
     let Some(step) = state.solve_for(bounds, &rows, &values, 1.0, &still, &identity) else { return false };
     let x = state.moved(bounds, &step);
     let Ok(evaluation) = ledger.evaluate(&x) else { return false };
-    let next = Point::new(ledger, &x, evaluation);
+    let next = Iterate::new(ledger, &x, evaluation);
     let nearer = next.violation < 0.5 * state.point.violation || next.violation <= 1e-12;
     if nearer {
         state.point = next;
@@ -410,7 +395,7 @@ fn restore(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> boo
 }
 
 /// Takes one step; `None` where there is none to take.
-fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Option<()> {
+fn advance(ledger: &mut Ledger<'_>, state: &mut SqpRun, bounds: &[Bounds]) -> Option<()> {
     let mut rejections = 0;
     while state.radius > LEAST_RADIUS {
         let Some(proposal) = state.propose(bounds, None) else {
@@ -426,7 +411,7 @@ fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Opt
                 state.adapt(ratio, length);
                 let multipliers = state.multipliers(&proposal.step);
                 state.curvature.update(&state.point, &x, &evaluation, &multipliers);
-                state.point = Point::new(ledger, &x, evaluation);
+                state.point = Iterate::new(ledger, &x, evaluation);
                 return Some(());
             }
             Trial::Failed if ledger.halted().is_some() => return None,
@@ -450,9 +435,9 @@ fn advance(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds]) -> Opt
 }
 
 /// Evaluates a proposal, and once more with the constraints' own curvature where that spoilt it.
-fn attempt(ledger: &mut Ledger<'_>, state: &mut State, bounds: &[Bounds], proposal: &Proposal) -> Trial {
+fn attempt(ledger: &mut Ledger<'_>, state: &mut SqpRun, bounds: &[Bounds], proposal: &Proposal) -> Trial {
     let noise = 1e-14 * state.point.evaluation.objective.abs();
-    let judge = |state: &State, x: Vec<f64>, evaluation: Evaluation, predicted: f64| {
+    let judge = |state: &SqpRun, x: Vec<f64>, evaluation: Evaluation, predicted: f64| {
         let gained = state.gained(&x, &evaluation);
         let ratio = (gained + noise) / (predicted.max(0.0) + noise);
         (ratio >= 1e-4).then_some(Trial::Accepted { x, evaluation, ratio })

@@ -6,14 +6,14 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 ///
 /// The shortfall of a row is how much `row · d` stays below what it needs; so the program always has a solution, and
 /// where the penalties are large enough it is that of the program with hard constraints.
-pub(super) struct Quadratic<'a> {
+pub(super) struct ElasticProgram<'a> {
     /// g (length n).
     pub gradient: &'a [f64],
     /// B (n × n), symmetric positive definite.
     pub hessian: &'a DMatrix<f64>,
-    /// One row a constraint.
+    /// One row per constraint.
     pub rows: &'a DMatrix<f64>,
-    /// What each row needs at least.
+    /// The least value that each row needs.
     pub needed: &'a [f64],
     /// Price of the shortfall of each row, positive.
     pub penalties: &'a [f64],
@@ -22,8 +22,8 @@ pub(super) struct Quadratic<'a> {
     pub upper: &'a [f64],
 }
 
-/// The solution of a [`Quadratic`].
-pub(super) struct Step {
+/// The solution of a [`ElasticProgram`].
+pub(super) struct ProgramSolution {
     pub d: DVector<f64>,
     /// Multiplier of each row, between zero and its penalty.
     pub multipliers: Vec<f64>,
@@ -35,7 +35,7 @@ const ITERATIONS: usize = 80;
 const ACCURACY: f64 = 1e-13;
 /// Complementarity up to which a solution is of use.
 const USEFUL: f64 = 1e-7;
-/// What the interior-point method may miss of a row that holds.
+/// Distance by which the interior-point method may miss a row that holds.
 const LARGEST_POLISH: f64 = 1e-6;
 /// How close to its limits a step may go.
 const TO_THE_EDGE: f64 = 0.995;
@@ -66,9 +66,9 @@ impl Pair {
     }
 }
 
-impl Quadratic<'_> {
+impl ElasticProgram<'_> {
     /// The minimum, or `None` where the numbers are not finite or the Hessian not positive definite.
-    pub fn solve(&self) -> Option<Step> {
+    pub fn solve(&self) -> Option<ProgramSolution> {
         let (n, m) = (self.gradient.len(), self.needed.len());
         // in units in which the largest slope is one, or the highest price a thousand
         let highest = self.penalties.iter().fold(0.0, |p: f64, v| p.max(*v));
@@ -111,9 +111,9 @@ impl Quadratic<'_> {
             matrix.gemm_tr(1.0, &weighted, self.rows, 1.0);
             // round-off ends it where nothing else does
             let Some(factors) = Cholesky::new(matrix) else { break };
-            let direction = |aim: f64, second: Option<&Direction>| -> Direction {
+            let direction = |aim: f64, second: Option<&InteriorStep>| -> InteriorStep {
                 // products of the predictor's steps, for the corrector
-                let cross = |of: fn(&Direction) -> (&DVector<f64>, &DVector<f64>), i: usize| {
+                let cross = |of: fn(&InteriorStep) -> (&DVector<f64>, &DVector<f64>), i: usize| {
                     second.map_or(0.0, |s| of(s).0[i] * of(s).1[i])
                 };
                 let want = |pair: &Pair, i: usize, cross: f64| aim - cross - pair.value[i] * pair.dual[i];
@@ -133,7 +133,7 @@ impl Quadratic<'_> {
                 }
                 let step = factors.solve(&side);
                 let multiplier = (row_side - self.rows * &step).component_div(&pivot);
-                Direction {
+                InteriorStep {
                     surplus: DVector::from_fn(m, |i, _| {
                         (by_surplus[i] - surplus.value[i] * multiplier[i]) / surplus.dual[i]
                     }),
@@ -146,7 +146,7 @@ impl Quadratic<'_> {
                     multiplier,
                 }
             };
-            let room = |s: &Direction| {
+            let room = |s: &InteriorStep| {
                 surplus
                     .room(&s.surplus, &s.multiplier)
                     .min(shortfall.room(&s.shortfall, &-&s.multiplier))
@@ -178,11 +178,12 @@ impl Quadratic<'_> {
             d[i] = d[i].clamp(lower[i], upper[i]);
         }
         let multipliers = surplus.dual.iter().map(|z| z / scale).collect();
-        ((polished || last_gap <= USEFUL) && d.iter().all(|v| v.is_finite())).then_some(Step { d, multipliers })
+        ((polished || last_gap <= USEFUL) && d.iter().all(|v| v.is_finite()))
+            .then_some(ProgramSolution { d, multipliers })
     }
 }
 
-impl Quadratic<'_> {
+impl ElasticProgram<'_> {
     /// The minimum with the rows and bounds that hold taken for equalities, to round-off; `None` where that is not the
     /// point the interior-point method came to.
     fn on_active_set(&self, near: &DVector<f64>, surplus: &Pair, shortfall: &Pair) -> Option<DVector<f64>> {
@@ -261,9 +262,9 @@ impl Quadratic<'_> {
 }
 
 /// A step of all unknowns of the interior-point method.
-struct Direction {
+struct InteriorStep {
     d: DVector<f64>,
-    /// Of the multipliers of the rows; those of the shortfalls move the other way.
+    /// Step of the multipliers of the rows; the multipliers of the shortfalls move the other way.
     multiplier: DVector<f64>,
     surplus: DVector<f64>,
     shortfall: DVector<f64>,
@@ -276,9 +277,16 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn solve(hessian: &[f64], gradient: &[f64], rows: &[f64], needed: &[f64], penalty: f64, radius: f64) -> Step {
+    fn solve(
+        hessian: &[f64],
+        gradient: &[f64],
+        rows: &[f64],
+        needed: &[f64],
+        penalty: f64,
+        radius: f64,
+    ) -> ProgramSolution {
         let n = gradient.len();
-        Quadratic {
+        ElasticProgram {
             gradient,
             hessian: &DMatrix::from_row_slice(n, n, hessian),
             rows: &DMatrix::from_row_slice(needed.len(), n, rows),

@@ -2,7 +2,7 @@
 
 /// One axis: what it shows, and how values become pixels.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(super) struct PlotAxis {
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) logarithmic: bool,
@@ -11,7 +11,7 @@ pub(super) struct Axis {
     pub(super) step: f64,
 }
 
-impl Axis {
+impl PlotAxis {
     /// An axis for `values` (those that it can show), with about `ticks` labelled ticks.
     pub(super) fn around(values: impl Iterator<Item = f64>, logarithmic: bool, label: &str, ticks: f64) -> Self {
         let scaled = values.filter(|v| v.is_finite() && (!logarithmic || *v > 0.0));
@@ -106,18 +106,18 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let labels = |axis: &Axis| axis.ticks().into_iter().map(|t| t.1).collect::<Vec<_>>();
-        let axis = Axis::around([0.0, 1.0].into_iter(), false, "x", 6.0);
+        let labels = |axis: &PlotAxis| axis.ticks().into_iter().map(|t| t.1).collect::<Vec<_>>();
+        let axis = PlotAxis::around([0.0, 1.0].into_iter(), false, "x", 6.0);
         assert_eq!(labels(&axis), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        let axis = Axis::around([-1.5, 0.5].into_iter(), false, "x", 4.0);
+        let axis = PlotAxis::around([-1.5, 0.5].into_iter(), false, "x", 4.0);
         assert_eq!(labels(&axis), ["\u{2212}1.5", "\u{2212}1.0", "\u{2212}0.5", "0.0", "0.5"]);
-        let axis = Axis::around([4e-7, 1e-2].into_iter(), true, "f", 6.0);
+        let axis = PlotAxis::around([4e-7, 1e-2].into_iter(), true, "f", 6.0);
         assert_eq!(labels(&axis), ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²"]);
-        let axis = Axis::around([0.0, 3e6].into_iter(), false, "Re", 3.0);
+        let axis = PlotAxis::around([0.0, 3e6].into_iter(), false, "Re", 3.0);
         assert_eq!(labels(&axis), ["0", "1e6", "2e6", "3e6"]);
         for values in [[0.0, 0.0], [5.0, 5.0], [-1e300, 1e300], [1e-300, 2e-300], [f64::NAN, f64::INFINITY]] {
             for logarithmic in [false, true] {
-                let axis = Axis::around(values.into_iter(), logarithmic, "", 5.0);
+                let axis = PlotAxis::around(values.into_iter(), logarithmic, "", 5.0);
                 assert!(axis.low < axis.high && (axis.high - axis.low).is_finite(), "{axis:?}");
                 let ticks = axis.ticks();
                 assert!(ticks.len() < 40, "{axis:?}");

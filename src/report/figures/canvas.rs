@@ -1,6 +1,6 @@
 //! Drawing in fractions of a pixel: headings, plots in a frame.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::{FigureError, Stroke};
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
@@ -35,7 +35,7 @@ pub(super) enum Anchor {
 
 /// A rectangle in pixels, y downwards.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct PlotFrame {
     pub(super) left: f64,
     pub(super) right: f64,
     pub(super) top: f64,
@@ -102,7 +102,7 @@ impl Canvas<'_, '_> {
     }
 
     /// Title and legend above a frame, starting at `top`.
-    pub(super) fn heading(&self, title: &str, legend: &Legend, frame: Frame, top: f64) -> Result<(), FigureError> {
+    pub(super) fn heading(&self, title: &str, legend: &Legend, frame: PlotFrame, top: f64) -> Result<(), FigureError> {
         let middle = 0.5 * (frame.left + frame.right);
         if !title.is_empty() {
             let width = f64::from(self.0.dim_in_pixel().0) / FINENESS;
@@ -116,9 +116,9 @@ impl Canvas<'_, '_> {
             for entry in row {
                 let (left, right) = ([x, y], [x + SAMPLE, y]);
                 match entry.sample {
-                    Sample::Line(stroke) => self.line(&[left, right], stroke)?,
-                    Sample::Dot(color) => self.dot([x + 0.5 * SAMPLE, y], 3.5, color)?,
-                    Sample::Dotted(stroke) => {
+                    LegendSample::Line(stroke) => self.line(&[left, right], stroke)?,
+                    LegendSample::Dot(color) => self.dot([x + 0.5 * SAMPLE, y], 3.5, color)?,
+                    LegendSample::Dotted(stroke) => {
                         self.line(&[left, right], stroke)?;
                         self.dot([x + 0.5 * SAMPLE, y], 3.0, stroke.color.rgb())?;
                     }
@@ -156,16 +156,16 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(width).sum::<f64>() * size
 }
 
-/// What stands before a label in a legend.
+/// The sign before a label in a legend.
 #[derive(Clone, Copy)]
-pub(super) enum Sample {
+pub(super) enum LegendSample {
     Line(Stroke),
     Dot(RGBColor),
     Dotted(Stroke),
 }
 
 struct Entry {
-    sample: Sample,
+    sample: LegendSample,
     label: String,
 }
 
@@ -182,7 +182,7 @@ pub(super) struct Legend {
 
 impl Legend {
     /// Breaks the entries into rows of at most `width` pixels. Entries without a label are left out.
-    pub(super) fn new(entries: impl IntoIterator<Item = (Sample, String)>, width: f64) -> Self {
+    pub(super) fn new(entries: impl IntoIterator<Item = (LegendSample, String)>, width: f64) -> Self {
         let mut rows: Vec<Vec<Entry>> = Vec::new();
         let mut used = f64::INFINITY;
         for (sample, label) in entries.into_iter().filter(|(_, label)| !label.is_empty()) {
@@ -234,9 +234,9 @@ fn dashes(points: &[[f64; 2]], on: f64, off: f64) -> Vec<Vec<[f64; 2]>> {
 
 /// Two axes in a frame.
 pub(super) struct Plot<'p> {
-    pub(super) frame: Frame,
-    pub(super) x: &'p Axis,
-    pub(super) y: &'p Axis,
+    pub(super) frame: PlotFrame,
+    pub(super) x: &'p PlotAxis,
+    pub(super) y: &'p PlotAxis,
     /// Whether y grows downwards.
     pub(super) inverted: bool,
 }
@@ -245,14 +245,14 @@ impl Plot<'_> {
     /// The pixel of a point; `None` where the axes cannot show it.
     pub(super) fn pixel(&self, point: [f64; 2]) -> Option<[f64; 2]> {
         let (sx, sy) = (self.x.share(point[0])?, self.y.share(point[1])?);
-        let Frame { left, right, top, bottom } = self.frame;
+        let PlotFrame { left, right, top, bottom } = self.frame;
         let sy = if self.inverted { 1.0 - sy } else { sy };
         Some([left + sx * (right - left), bottom + sy * (top - bottom)])
     }
 
     /// Grid, frame, ticks and labels.
     pub(super) fn axes(&self, canvas: &Canvas<'_, '_>) -> Result<(), FigureError> {
-        let Frame { left, right, top, bottom } = self.frame;
+        let PlotFrame { left, right, top, bottom } = self.frame;
         let horizontal = |share: f64| left + share * (right - left);
         let vertical = |share: f64| bottom + (if self.inverted { 1.0 - share } else { share }) * (top - bottom);
         let thin = |width: f64| Stroke { color: super::Color(GRID.0, GRID.1, GRID.2), width, dashed: false };
@@ -309,7 +309,7 @@ impl Plot<'_> {
 }
 
 /// Width left of a frame for the labels of its y axis.
-pub(super) fn left_margin(y: &Axis) -> f64 {
+pub(super) fn left_margin(y: &PlotAxis) -> f64 {
     let widest = y.ticks().iter().map(|(_, label)| text_width(label, TICK_SIZE)).fold(0.0, f64::max);
     widest + 42.0
 }
@@ -375,7 +375,7 @@ pub(super) mod tests {
     #[test]
     fn legends_break_into_rows() {
         let stroke = Stroke::palette(0);
-        let entries = |n: usize| (0..n).map(move |i| (Sample::Line(stroke), format!("number {i}")));
+        let entries = |n: usize| (0..n).map(move |i| (LegendSample::Line(stroke), format!("number {i}")));
         assert!(Legend::new(entries(0), 100.0).rows.is_empty());
         let legend = Legend::new(entries(10), 400.0);
         assert!(legend.rows.len() > 1);

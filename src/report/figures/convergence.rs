@@ -18,7 +18,7 @@ use super::{Color, FigureError, Stroke};
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ConvergenceFigure {
-    /// What stands above.
+    /// Title above the plot.
     pub title: String,
     /// Objective of each evaluation, NaN where it failed.
     pub objectives: Vec<f64>,

@@ -1,8 +1,9 @@
 //! Curves over two axes.
 
-use super::axis::Axis;
+use super::axis::PlotAxis;
 use super::canvas::{
-    Anchor, Canvas, Frame, LABEL_SIZE, Legend, Plot, Sample, TICK_SIZE, heading_height, left_margin, render, text_width,
+    Anchor, Canvas, LABEL_SIZE, Legend, LegendSample, Plot, PlotFrame, TICK_SIZE, heading_height, left_margin, render,
+    text_width,
 };
 use super::{Color, FigureError, Stroke};
 
@@ -26,13 +27,13 @@ use super::{Color, FigureError, Stroke};
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LineFigure {
-    /// What stands above.
+    /// Title above the plot.
     pub title: String,
     /// Name of the horizontal axis.
     pub x_label: String,
     /// Name of the vertical axis.
     pub y_label: String,
-    /// The curves.
+    /// The curves; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
     /// Whether the vertical axis grows downwards, as is usual for pressure coefficients.
     pub inverted_y: bool,
@@ -45,11 +46,11 @@ pub struct LineFigure {
 /// A curve in a [`LineFigure`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What the legend calls it; nothing leaves it out there.
+    /// Name in the legend; an empty name leaves the curve out of the legend.
     pub label: String,
-    /// Its points.
+    /// Points of the curve.
     pub points: Vec<[f64; 2]>,
-    /// How its line is drawn; a width of 0 draws none.
+    /// Colour, width and dashes of the line; a width of 0 draws none.
     pub stroke: Stroke,
     /// Whether each point has a dot.
     pub dots: bool,
@@ -58,9 +59,9 @@ pub struct Series {
 /// A vertical line at `x`, with a name written along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Annotation {
-    /// Where.
+    /// Position on the horizontal axis.
     pub x: f64,
-    /// The name.
+    /// Text along the line.
     pub label: String,
 }
 
@@ -88,21 +89,21 @@ impl LineFigure {
         self.series.iter().flat_map(|s| &s.points)
     }
 
-    fn x_axis(&self) -> Axis {
+    fn x_axis(&self) -> PlotAxis {
         let values = self.points().map(|p| p[0]).chain(self.annotations.iter().map(|a| a.x));
-        Axis::around(values, false, &self.x_label, 9.0)
+        PlotAxis::around(values, false, &self.x_label, 9.0)
     }
 
-    fn y_axis(&self, height: f64) -> Axis {
-        Axis::around(self.points().map(|p| p[1]), self.log_y, &self.y_label, (height / 45.0).clamp(2.0, 10.0))
+    fn y_axis(&self, height: f64) -> PlotAxis {
+        PlotAxis::around(self.points().map(|p| p[1]), self.log_y, &self.y_label, (height / 45.0).clamp(2.0, 10.0))
     }
 
     fn legend(&self, width: f64) -> Legend {
         let entries = self.series.iter().map(|s| {
             let sample = match (s.dots, s.stroke.width > 0.0) {
-                (true, true) => Sample::Dotted(s.stroke),
-                (true, false) => Sample::Dot(s.stroke.color.rgb()),
-                (false, _) => Sample::Line(s.stroke),
+                (true, true) => LegendSample::Dotted(s.stroke),
+                (true, false) => LegendSample::Dot(s.stroke.color.rgb()),
+                (false, _) => LegendSample::Line(s.stroke),
             };
             (sample, s.label.clone())
         });
@@ -110,7 +111,7 @@ impl LineFigure {
     }
 
     /// The row above the plot in which the name of each annotation finds room, 0 the lowest.
-    fn annotation_rows(&self, x: &Axis, width: f64) -> Vec<usize> {
+    fn annotation_rows(&self, x: &PlotAxis, width: f64) -> Vec<usize> {
         // where the names in each row are: from, to
         let mut rows: Vec<Vec<(f64, f64)>> = Vec::new();
         let mut place = |annotation: &Annotation| {
@@ -130,13 +131,13 @@ impl LineFigure {
     }
 
     /// Height of the rows of names.
-    fn annotation_height(&self, x: &Axis, width: f64) -> f64 {
+    fn annotation_height(&self, x: &PlotAxis, width: f64) -> f64 {
         self.annotation_rows(x, width).iter().map(|row| NAME_ROW * (row + 1) as f64).fold(0.0, f64::max)
     }
 
     fn draw(&self, canvas: &Canvas<'_, '_>, plot: &Plot<'_>) -> Result<(), FigureError> {
         plot.axes(canvas)?;
-        let Frame { left, right, top, bottom } = plot.frame;
+        let PlotFrame { left, right, top, bottom } = plot.frame;
         for (annotation, row) in self.annotations.iter().zip(self.annotation_rows(plot.x, right - left)) {
             let Some(share) = plot.x.share(annotation.x) else { continue };
             let x = left + share * (right - left);
@@ -159,7 +160,7 @@ impl LineFigure {
 
 /// Figures one below the other, each with the height of its plot, over one horizontal axis.
 pub(super) fn stack(figures: &[(&LineFigure, f64)]) -> Result<String, FigureError> {
-    let axes: Vec<(Axis, Axis)> = figures.iter().map(|(f, height)| (f.x_axis(), f.y_axis(*height))).collect();
+    let axes: Vec<(PlotAxis, PlotAxis)> = figures.iter().map(|(f, height)| (f.x_axis(), f.y_axis(*height))).collect();
     let left = axes.iter().map(|(_, y)| left_margin(y)).fold(LABEL_SIZE, f64::max);
     let width = WIDTH - left - RIGHT;
     let legends: Vec<Legend> = figures.iter().map(|(f, _)| f.legend(width)).collect();
@@ -174,7 +175,7 @@ pub(super) fn stack(figures: &[(&LineFigure, f64)]) -> Result<String, FigureErro
         let mut top = 0.0;
         for ((((figure, height), (x, y)), legend), head) in figures.iter().zip(&axes).zip(&legends).zip(&heads) {
             let inner = top + head;
-            let frame = Frame { left, right: WIDTH - RIGHT, top: inner, bottom: inner + height };
+            let frame = PlotFrame { left, right: WIDTH - RIGHT, top: inner, bottom: inner + height };
             canvas.heading(&figure.title, legend, frame, top)?;
             figure.draw(canvas, &Plot { frame, x, y, inverted: figure.inverted_y })?;
             top = frame.bottom + BOTTOM;

@@ -23,7 +23,7 @@ use plotters::style::RGBColor;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the figure cannot be drawn: {reason}")]
 pub struct FigureError {
-    /// Why.
+    /// The reason, in words.
     pub reason: String,
 }
 
@@ -46,20 +46,20 @@ impl Color {
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Its colour.
+    /// Colour of the line.
     pub color: Color,
-    /// Its width in pixels.
+    /// Width of the line in pixels.
     pub width: f64,
-    /// Whether it is dashed.
+    /// Whether the line is dashed.
     pub dashed: bool,
 }
 
 impl Stroke {
     /// The section a figure is about: solid and dark.
     pub const SECTION: Self = Self { color: Color(24, 24, 28), width: 2.2, dashed: false };
-    /// What it is compared with: dashed.
+    /// A section that the figure compares with: dashed.
     pub const TARGET: Self = Self { color: Color(200, 60, 30), width: 1.8, dashed: true };
-    /// Where it came from: thin and grey.
+    /// The section before a change: thin and grey.
     pub const INITIAL: Self = Self { color: Color(140, 140, 140), width: 1.4, dashed: false };
     /// The lines of a box.
     pub const BOX: Self = Self { color: Color(40, 90, 220), width: 1.0, dashed: false };
@@ -78,7 +78,7 @@ impl Stroke {
         Self { color: COLORS[index % COLORS.len()], width: 1.8, dashed: false }
     }
 
-    /// The same, dashed.
+    /// This stroke, dashed.
     pub fn dashed(self) -> Self {
         Self { dashed: true, ..self }
     }

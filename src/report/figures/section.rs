@@ -1,7 +1,7 @@
 //! Sections with equal axes.
 
-use super::axis::{Axis, nice_step};
-use super::canvas::{Frame, Legend, Plot, Sample, heading_height, left_margin, render};
+use super::axis::{PlotAxis, nice_step};
+use super::canvas::{Legend, LegendSample, Plot, PlotFrame, heading_height, left_margin, render};
 use super::{FigureError, Stroke};
 use plotters::style::BLACK;
 
@@ -20,7 +20,7 @@ use plotters::style::BLACK;
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SectionFigure {
-    /// What stands above.
+    /// Title above the plot.
     pub title: String,
     /// The sections; later ones are drawn over earlier ones.
     pub curves: Vec<SectionCurve>,
@@ -33,11 +33,11 @@ pub struct SectionFigure {
 /// A section in a [`SectionFigure`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionCurve {
-    /// What the legend calls it; nothing leaves it out there.
+    /// Name in the legend; an empty name leaves the section out of the legend.
     pub label: String,
-    /// Its points in chords. The polyline is drawn as it is, so take enough of them.
+    /// Points in chords. The polyline is drawn as it is, so take enough of them.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// Colour, width and dashes of the line.
     pub stroke: Stroke,
 }
 
@@ -59,8 +59,8 @@ impl SectionFigure {
             let curves = self.curves.iter().flat_map(|c| &c.points);
             curves.chain(self.lattice.iter().flatten()).chain(&self.control_points)
         };
-        let mut x = Axis::around(points().map(|p| p[0]), false, "x/c", 8.0);
-        let mut y = Axis::around(points().map(|p| p[1]), false, "y/c", 8.0);
+        let mut x = PlotAxis::around(points().map(|p| p[0]), false, "x/c", 8.0);
+        let mut y = PlotAxis::around(points().map(|p| p[1]), false, "y/c", 8.0);
         // one step for both axes: the grid is made of squares
         x.step = nice_step((x.high - x.low).max(0.5 * (y.high - y.low)), 8.0);
         y.step = x.step;
@@ -70,7 +70,7 @@ impl SectionFigure {
         equalise(&mut x, &mut y, width / height);
         let legend = Legend::new(self.legend(), width);
         let top = heading_height(&self.title, &legend);
-        let frame = Frame { left, right: WIDTH - RIGHT, top, bottom: top + height };
+        let frame = PlotFrame { left, right: WIDTH - RIGHT, top, bottom: top + height };
         let plot = Plot { frame, x: &x, y: &y, inverted: false };
         render(WIDTH, top + height + BOTTOM, |canvas| {
             plot.axes(canvas)?;
@@ -81,17 +81,17 @@ impl SectionFigure {
         })
     }
 
-    fn legend(&self) -> Vec<(Sample, String)> {
-        let curves = self.curves.iter().map(|curve| (Sample::Line(curve.stroke), curve.label.clone()));
-        let lattice = (!self.lattice.is_empty()).then(|| (Sample::Line(Stroke::BOX), "box".to_owned()));
-        let dots = (!self.control_points.is_empty()).then(|| (Sample::Dot(BLACK), "control points".to_owned()));
+    fn legend(&self) -> Vec<(LegendSample, String)> {
+        let curves = self.curves.iter().map(|curve| (LegendSample::Line(curve.stroke), curve.label.clone()));
+        let lattice = (!self.lattice.is_empty()).then(|| (LegendSample::Line(Stroke::BOX), "box".to_owned()));
+        let dots = (!self.control_points.is_empty()).then(|| (LegendSample::Dot(BLACK), "control points".to_owned()));
         curves.chain(lattice).chain(dots).collect()
     }
 }
 
 /// Widens one of the axes so that their spans have the ratio `aspect`.
-fn equalise(x: &mut Axis, y: &mut Axis, aspect: f64) {
-    let widen = |axis: &mut Axis, span: f64| {
+fn equalise(x: &mut PlotAxis, y: &mut PlotAxis, aspect: f64) {
+    let widen = |axis: &mut PlotAxis, span: f64| {
         let extra = 0.5 * (span - (axis.high - axis.low));
         (axis.low, axis.high) = (axis.low - extra, axis.high + extra);
     };

@@ -3,15 +3,15 @@
 /// A case that comes with the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltinCase {
-    /// Name, as `aeroform run` takes it.
+    /// Name of the case, as `aeroform run` takes it.
     pub name: &'static str,
-    /// Its TOML text.
+    /// TOML text of the case.
     pub text: &'static str,
 }
 
 macro_rules! builtin {
     ($($name:literal),* $(,)?) => {
-        &[$(BuiltinCase { name: $name, text: include_str!(concat!("../../../validation/cases/", $name, ".toml")) }),*]
+        &[$(BuiltinCase { name: $name, text: include_str!(concat!("../../validation/cases/", $name, ".toml")) }),*]
     };
 }
 

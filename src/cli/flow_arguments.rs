@@ -1,4 +1,4 @@
-//! What `analyze` and `polar` have in common: section, panels, condition.
+//! Arguments that `analyze` and `polar` share: section, panels, condition.
 
 use super::Failure;
 use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
@@ -6,7 +6,7 @@ use crate::section::SectionDefinition;
 
 /// Section and condition on the command line.
 #[derive(Debug, Clone, clap::Args)]
-pub(super) struct PointArguments {
+pub(super) struct FlowArguments {
     /// naca2412, naca0012:sharp, kulfan:upper=0.2,0.2/lower=-0.1,-0.1, or the path of a coordinate file
     pub shape: String,
     /// Reynolds number of the chord
@@ -29,8 +29,8 @@ pub(super) struct PointArguments {
 /// Most panels; the panel equations are dense.
 const MOST_PANELS: usize = 2000;
 
-impl PointArguments {
-    /// What to call the section in a title: as given, or the name of its file without the way there.
+impl FlowArguments {
+    /// Name of the section in a title: as given, or the name of its file without the way there.
     pub fn name(&self) -> std::borrow::Cow<'_, str> {
         let path = std::path::Path::new(&self.shape);
         match path.file_name() {
@@ -57,7 +57,7 @@ impl PointArguments {
 }
 
 /// The nodes and the factorised panels of the section, scaled to unit chord.
-pub(super) fn panelled(arguments: &PointArguments) -> Result<(Vec<[f64; 2]>, PanelledSection), Failure> {
+pub(super) fn panelled(arguments: &FlowArguments) -> Result<(Vec<[f64; 2]>, PanelledSection), Failure> {
     let bad = |e: &dyn std::fmt::Display| {
         let message = e.to_string();
         let named = message.contains(&arguments.shape);

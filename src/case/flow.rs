@@ -1,9 +1,9 @@
 //! `[flow]` tables: operating points and panels.
 
-use super::CaseError;
 use super::document::Document;
+use super::error::CaseError;
 use super::schema::{CaseTable, FlowTable, Trip};
-use crate::design::flow_analysis::{FlowAnalysis, OperatingPoint};
+use crate::design::{FlowAnalysis, OperatingPoint};
 use crate::flow::{Condition, Incidence, Settings};
 use crate::section::Section;
 

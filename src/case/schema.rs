@@ -1,10 +1,11 @@
-//! The case file as written: one struct a table, unknown keys refused.
+//! The case file as written: one struct per table, unknown keys refused.
 //!
 //! Every key is documented for users in `validation/cases/README.md`.
 
-use crate::design::motion::{Axis, Selection};
+use crate::design::{Axis, Selection};
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
+use toml::Value;
 
 /// A whole case file.
 #[derive(Debug, Clone, serde::Deserialize)]
@@ -26,7 +27,7 @@ pub(crate) struct CaseTable {
     pub flow: Option<FlowTables>,
     pub objective: ObjectiveTable,
     #[serde(default)]
-    pub constraints: Ordered<ConstraintTable>,
+    pub constraints: Entries<ConstraintTable>,
     #[serde(default)]
     pub report: ReportTable,
     #[serde(default)]
@@ -99,11 +100,11 @@ pub(crate) struct VariablesTable {
     #[serde(default)]
     pub parameters: Parameters,
     #[serde(default)]
-    pub bounds: Ordered<[f64; 2]>,
+    pub bounds: Entries<[f64; 2]>,
     #[serde(default)]
-    pub scale: Ordered<f64>,
+    pub scale: Entries<f64>,
     #[serde(default)]
-    pub start: Ordered<f64>,
+    pub start: Entries<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
@@ -193,44 +194,26 @@ impl<'de> Deserialize<'de> for FlowTables {
     }
 }
 
-/// One position for both sides, or one a side; a position at the trailing edge (1) is none.
+/// One position for both sides, or one per side; a position at the trailing edge (1) is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Trip(pub [f64; 2]);
 
 impl<'de> Deserialize<'de> for Trip {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl<'de> Visitor<'de> for Any {
-            type Value = Trip;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("x/c of the trip strips: a number, or two for the upper and the lower side")
-            }
-            fn visit_f64<E: de::Error>(self, both: f64) -> Result<Trip, E> {
-                Ok(Trip([both; 2]))
-            }
-            fn visit_i64<E: de::Error>(self, both: i64) -> Result<Trip, E> {
-                Ok(Trip([both as f64; 2]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Trip, A::Error> {
-                let mut list: Vec<f64> = Vec::new();
-                while let Some(x) = seq.next_element()? {
-                    list.push(x);
-                }
-                match list[..] {
-                    [both] => Ok(Trip([both; 2])),
-                    [upper, lower] => Ok(Trip([upper, lower])),
-                    _ => Err(de::Error::invalid_length(list.len(), &self)),
-                }
-            }
+        let value = Value::deserialize(deserializer)?;
+        let numbers: Option<Vec<f64>> = items(&value).iter().map(number).collect();
+        match numbers.as_deref() {
+            Some([both]) => Ok(Self([*both; 2])),
+            Some([upper, lower]) => Ok(Self([*upper, *lower])),
+            _ => refuse(&value, "x/c of the trip strips: a number, or two for the upper and the lower side"),
         }
-        deserializer.deserialize_any(Any)
     }
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectiveTable {
-    pub minimize: Ordered<f64>,
+    pub minimize: Entries<f64>,
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]
@@ -259,21 +242,21 @@ pub(crate) struct OptimizerTable {
     pub memory: Option<usize>,
 }
 
-/// A table whose keys keep their order (toml's own maps sort them).
+/// The entries of a table whose keys are names, sorted by key as the TOML parser hands them out.
 #[derive(Debug, Clone)]
-pub(crate) struct Ordered<T>(pub Vec<(String, T)>);
+pub(crate) struct Entries<T>(pub Vec<(String, T)>);
 
-impl<T> Default for Ordered<T> {
+impl<T> Default for Entries<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Entries<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Pairs<T>(std::marker::PhantomData<T>);
         impl<'de, T: Deserialize<'de>> Visitor<'de> for Pairs<T> {
-            type Value = Ordered<T>;
+            type Value = Entries<T>;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a table")
             }
@@ -282,7 +265,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Ordered<T> {
                 while let Some(pair) = map.next_entry()? {
                     pairs.push(pair);
                 }
-                Ok(Ordered(pairs))
+                Ok(Entries(pairs))
             }
         }
         deserializer.deserialize_map(Pairs(std::marker::PhantomData))
@@ -347,24 +330,11 @@ pub(crate) struct Indices(pub Vec<i64>);
 
 impl<'de> Deserialize<'de> for Indices {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl<'de> Visitor<'de> for Any {
-            type Value = Indices;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an index or a list of indices (from 0; negative ones count from the last)")
-            }
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Indices, E> {
-                Ok(Indices(vec![value]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Indices, A::Error> {
-                let mut list = Vec::new();
-                while let Some(index) = seq.next_element()? {
-                    list.push(index);
-                }
-                Ok(Indices(list))
-            }
+        let value = Value::deserialize(deserializer)?;
+        match items(&value).iter().map(Value::as_integer).collect() {
+            Some(indices) => Ok(Self(indices)),
+            None => refuse(&value, "an index or a list of indices (from 0; negative ones count from the last)"),
         }
-        deserializer.deserialize_any(Any)
     }
 }
 
@@ -378,27 +348,13 @@ pub(crate) enum PinEntry {
 
 impl<'de> Deserialize<'de> for PinEntry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl Visitor<'_> for Any {
-            type Value = PinEntry;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("\"nose\", \"tail\" or a curve parameter from 0 to 1")
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<PinEntry, E> {
-                match text {
-                    "nose" => Ok(PinEntry::Nose),
-                    "tail" => Ok(PinEntry::Tail),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
-                }
-            }
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<PinEntry, E> {
-                Ok(PinEntry::Parameter(value))
-            }
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<PinEntry, E> {
-                Ok(PinEntry::Parameter(value as f64))
-            }
+        let value = Value::deserialize(deserializer)?;
+        match (value.as_str(), number(&value)) {
+            (Some("nose"), _) => Ok(Self::Nose),
+            (Some("tail"), _) => Ok(Self::Tail),
+            (_, Some(parameter)) => Ok(Self::Parameter(parameter)),
+            _ => refuse(&value, "\"nose\", \"tail\" or a curve parameter from 0 to 1"),
         }
-        deserializer.deserialize_any(Any)
     }
 }
 
@@ -450,29 +406,34 @@ pub(crate) enum Limit {
 
 impl<'de> Deserialize<'de> for Limit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl Visitor<'_> for Any {
-            type Value = Limit;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, or a multiple of the start like \"0.5 * initial\"")
+        let value = Value::deserialize(deserializer)?;
+        let factor = value.as_str().and_then(|text| {
+            let factors: Vec<&str> = text.split('*').map(str::trim).collect();
+            match factors[..] {
+                ["initial"] => Some(1.0),
+                [number, "initial"] | ["initial", number] => number.parse().ok(),
+                _ => None,
             }
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Limit, E> {
-                Ok(Limit::Absolute(value))
-            }
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Limit, E> {
-                Ok(Limit::Absolute(value as f64))
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Limit, E> {
-                let wrong = || E::invalid_value(de::Unexpected::Str(text), &self);
-                let factors: Vec<&str> = text.split('*').map(str::trim).collect();
-                let number = match factors[..] {
-                    ["initial"] => "1",
-                    [number, "initial"] | ["initial", number] => number,
-                    _ => return Err(wrong()),
-                };
-                number.parse().map(Limit::TimesInitial).map_err(|_| wrong())
-            }
+        });
+        match (number(&value), factor) {
+            (Some(limit), _) => Ok(Self::Absolute(limit)),
+            (None, Some(factor)) => Ok(Self::TimesInitial(factor)),
+            (None, None) => refuse(&value, "a number, or a multiple of the start like \"0.5 * initial\""),
         }
-        deserializer.deserialize_any(Any)
     }
+}
+
+/// The number that a value is.
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|i| i as f64))
+}
+
+/// The items of a list; a value that is no list is its only item.
+fn items(value: &Value) -> &[Value] {
+    value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice)
+}
+
+/// The error of a value that is not what a key takes.
+fn refuse<T, E: de::Error>(value: &Value, expected: &str) -> Result<T, E> {
+    Err(E::custom(format!("invalid value {value}, expected {expected}")))
 }

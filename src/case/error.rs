@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What is wrong with a case file.
+/// An error in a case file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseError {
     /// File name, or the name of the built-in case.
@@ -11,7 +11,7 @@ pub struct CaseError {
     pub line: Option<usize>,
     /// Dotted key, like `box.degree`; empty where no key is meant.
     pub key: String,
-    /// What is wrong and what to do, in a sentence.
+    /// The mistake and its remedy, in a sentence.
     pub message: String,
 }
 

@@ -5,7 +5,7 @@ fn case(text: &str) -> Result<Case, CaseError> {
     Case::parse("test.toml", text, Path::new(""))
 }
 
-const L2: &str = include_str!("../../../validation/cases/l2-match.toml");
+const L2: &str = include_str!("../../validation/cases/l2-match.toml");
 
 #[test]
 fn builtin_cases_are_named_as_their_files_and_can_be_built() {
@@ -37,7 +37,8 @@ fn gradients_of_every_builtin_case_agree_three_ways() {
 fn hessians_agree_with_differenced_gradients() {
     for name in ["l2-match", "l2-mixed", "mirrored"] {
         let mut problem = Case::open(name).unwrap().problem;
-        let x: Vec<f64> = problem.start().iter().enumerate().map(|(k, x)| x + 0.05 * (2.3 * k as f64).sin()).collect();
+        let x: Vec<f64> =
+            problem.description().start.iter().enumerate().map(|(k, x)| x + 0.05 * (2.3 * k as f64).sin()).collect();
         let exact = problem.hessian(&x).unwrap().unwrap();
         let steps = vec![crate::differentiate::StepRange::for_scale(1.0); x.len()];
         let check =
@@ -57,7 +58,7 @@ fn hessians_agree_with_differenced_gradients() {
 fn the_objective_alone_is_the_objective_of_the_evaluation() {
     for name in ["l2-match", "l2-mixed", "skewed-pinned"] {
         let mut problem = Case::open(name).unwrap().problem;
-        let x: Vec<f64> = problem.start().iter().map(|x| x + 0.01).collect();
+        let x: Vec<f64> = problem.description().start.iter().map(|x| x + 0.01).collect();
         let evaluation = problem.evaluate(&x).unwrap();
         let alone = problem.objective(&x).unwrap();
         assert!((alone - evaluation.objective).abs() <= 1e-14 * alone.abs());
@@ -154,5 +155,76 @@ fn limits_relative_to_the_start() {
     let problem = Case::open("skewed-pinned").unwrap().problem;
     let values = problem.quantities_at(&problem.start_values()).unwrap();
     let area = problem.quantities().iter().position(|q| q.name() == "area").unwrap();
-    assert!((problem.constraint_bounds()[0].lower - 0.5 * values[area]).abs() < 1e-15);
+    assert!((problem.description().constraint_bounds[0].lower - 0.5 * values[area]).abs() < 1e-15);
+}
+
+#[test]
+fn a_case_runs_as_its_file_says() {
+    let short = L2.replace("max_evaluations = 1000", "max_evaluations = 20\nmemory = 7\ntolerance = 1e-3");
+    let mut case = case(&short).unwrap();
+    assert!(matches!(&case.method, Method::Lbfgs(m) if m.memory == 7 && m.objective_tolerance == 1e-3));
+    let mut seen = 0;
+    let end = case
+        .run(&mut |_| {
+            seen += 1;
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+    assert_eq!((end.outcome.evaluations, seen), (20, 20));
+    // the outcome is that of its design
+    let evaluation = case.evaluate_with_gradients(&end.variables).unwrap();
+    let reported = end.outcome.evaluation.unwrap();
+    assert!((evaluation.objective - reported.objective).abs() <= 1e-12 * reported.objective);
+    assert_eq!(evaluation.fold, end.fold);
+    assert_eq!(evaluation.gradients.unwrap().len(), evaluation.values.len());
+    // another method takes the settings of the file
+    let before = case.identity();
+    case.use_method("newton").unwrap();
+    assert!(matches!(&case.method, Method::Newton(m) if m.objective_tolerance == 1e-3 && m.limits.evaluations == 20));
+    assert_ne!(case.identity(), before);
+    assert!(case.use_method("simplex").unwrap_err().to_string().contains("known: lbfgs, newton, slsqp, sqp"));
+    let mut constrained = Case::open("skewed-pinned").unwrap();
+    constrained.use_method("lbfgs").unwrap();
+    let error = constrained.run(&mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(matches!(error, RunError::Optimize(OptimizeError::ConstraintsNotSupported { .. })), "{error}");
+}
+
+#[test]
+fn design_vectors_go_by_name() {
+    let case = Case::open("l2-match").unwrap();
+    let vector = case.design_vector([("dy[1,1]", 0.01)]).unwrap();
+    assert_eq!(vector.iter().filter(|v| **v != 0.0).count(), 1);
+    let error = case.design_vector([("dy[1,11]", 0.01)]).unwrap_err();
+    assert!(matches!(error, DesignError::NoVariable { suggestion: Some(_), .. }), "{error}");
+}
+
+#[test]
+fn without_a_box_nothing_is_said_of_folding() {
+    let text = L2.split("[box]").next().unwrap().to_string() + "[direct]\n[variables]\nfree = \"all\"\n[objective]\n";
+    for (objective, more, key) in [
+        ("{ fold_penalty = 1.0 }", "", "objective.minimize.fold_penalty"),
+        ("{ shape_error = 1.0 }", "[constraints]\nfold_penalty = { max = 0.1 }\n", "constraints.fold_penalty"),
+        ("{ shape_error = 1.0 }", "[constraints]\nfold_indicator = { min = 0.1 }\n", "constraints.fold_indicator"),
+        ("{ shape_error = 1.0 }", "[report]\nvalues = [\"fold_penalty\"]\n", "report.values"),
+    ] {
+        let error = case(&format!("{text}minimize = {objective}\n{more}")).unwrap_err();
+        assert_eq!(error.key, key, "{error}");
+        assert!(error.to_string().contains("there is no [box]"), "{error}");
+    }
+}
+
+#[test]
+fn clones_solve_their_flows_side_by_side() {
+    let problem = Case::open("naca0024-cubic").unwrap().problem;
+    let start = problem.description().start.clone();
+    let expected = problem.clone().evaluate(&start).unwrap();
+    let (mut first, mut second) = (problem.clone(), problem.clone());
+    first.evaluate(&start).unwrap();
+    assert_eq!((first.flow_timing().solutions, second.flow_timing().solutions), (1, 0));
+    assert_eq!(second.evaluate(&start).unwrap(), expected);
+    assert_eq!((first.flow_timing().solutions, second.flow_timing().solutions), (1, 1));
+    // a clone knows the latest flows of the original, and nothing of later ones
+    let mut third = second.clone();
+    assert_eq!(third.evaluate(&start).unwrap(), expected);
+    assert_eq!(third.flow_timing().solutions, 1);
 }

@@ -1,7 +1,6 @@
 //! The text of a case file and where its keys stand.
 
-use super::CaseError;
-use super::error::nearest;
+use super::error::{CaseError, nearest};
 use super::schema::CaseTable;
 use toml::de::{DeTable, DeValue};
 

@@ -1,13 +1,11 @@
 //! Quantities by name, and constraints on them.
 
-use super::CaseError;
 use super::document::Document;
-use super::error::nearest;
+use super::error::{CaseError, nearest};
 use super::schema::{ConstraintTable, Limit};
-use crate::design::flow_analysis::{FlowOutput, FlowQuantity, OperatingPoint};
-use crate::design::geometry::Geometry;
-use crate::design::quantity::{Instruments, Quantity};
-use crate::design::{Bounds, Constraint};
+use crate::design::{
+    Bounds, Constraint, DesignError, FlowOutput, FlowQuantity, Geometry, Instruments, OperatingPoint, Quantity,
+};
 
 /// `cd`, `cd at cruise` or `cd_at(cruise)`: output and operating point.
 fn flow_name(name: &str) -> Option<(FlowOutput, Option<&str>)> {
@@ -27,7 +25,7 @@ fn flow_quantity(output: FlowOutput, point: Option<usize>, points: &[OperatingPo
     Quantity::Flow(FlowQuantity { output, point, label })
 }
 
-/// What the names of quantities mean in a case.
+/// The meaning of names of quantities in a case.
 pub(super) struct Quantities<'a> {
     pub document: &'a Document,
     pub geometry: &'a Geometry,
@@ -46,13 +44,17 @@ impl Quantities<'_> {
             };
             return Ok(flow_quantity(output, point, points));
         }
-        Quantity::parse(name).map_err(|error| {
+        let quantity = Quantity::parse(name).map_err(|error| {
             let mut message = error.to_string();
             if let Some(near) = nearest(name, FlowOutput::names()) {
                 message += &format!("; did you mean {near}?");
             }
             self.document.error(path, message)
-        })
+        })?;
+        if quantity == Quantity::FoldPenalty {
+            self.instruments.penalty().map_err(|e| self.document.error(path, e.to_string()))?;
+        }
+        Ok(quantity)
     }
 
     /// The quantities of a name: of the flow, one for each operating point; of the fold indicator, one for each
@@ -65,9 +67,8 @@ impl Quantities<'_> {
         if name != "fold_indicator" {
             return Ok(vec![self.one(name, path)?]);
         }
-        let Some(lattice) = self.geometry.lattice() else {
-            return Err(self.document.error(path, "there is no [box] that could fold"));
-        };
+        let lattice = self.geometry.lattice().ok_or(DesignError::NoBox);
+        let lattice = lattice.map_err(|e| self.document.error(path, e.to_string()))?;
         let [columns, rows] = lattice.counts();
         let point = |index: usize| Quantity::FoldIndicator { column: index % columns, row: index / columns, index };
         Ok((0..columns * rows).map(point).collect())
@@ -87,10 +88,31 @@ impl Quantities<'_> {
         })
     }
 
-    /// The constraints of a name, all within the same limits.
-    pub fn constraints(&self, name: &str, table: &ConstraintTable) -> Result<Vec<Constraint>, CaseError> {
-        let quantities = self.each(name, &["constraints", name])?;
-        quantities.into_iter().map(|quantity| self.constraint(name, quantity, table)).collect()
+    /// The constraints of all entries of the table, each quantity once.
+    pub fn constraints(&self, table: &[(String, ConstraintTable)]) -> Result<Vec<Constraint>, CaseError> {
+        let mut constraints: Vec<Constraint> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
+        for (name, entry) in table {
+            let path = ["constraints", name];
+            for quantity in self.each(name, &path)? {
+                if let Some(other) = constraints.iter().position(|c| c.quantity == quantity) {
+                    return Err(self.twice(&quantity, [name, names[other]]));
+                }
+                constraints.push(self.constraint(name, quantity, entry)?);
+                names.push(name);
+            }
+        }
+        Ok(constraints)
+    }
+
+    /// Two entries for one quantity: an error at the one that stands later in the file.
+    fn twice(&self, quantity: &Quantity, names: [&str; 2]) -> CaseError {
+        let error = |here: &str, there: &str| {
+            let message = format!("{} is constrained by {there:?} already; give all its limits there", quantity.name());
+            self.document.error(&["constraints", here], message)
+        };
+        let [a, b] = [error(names[0], names[1]), error(names[1], names[0])];
+        if a.line >= b.line { a } else { b }
     }
 
     fn constraint(&self, name: &str, quantity: Quantity, table: &ConstraintTable) -> Result<Constraint, CaseError> {

@@ -1,35 +1,31 @@
 //! From the tables of a case file to a design problem.
 
 use super::document::Document;
-use super::error::nearest;
+use super::error::{CaseError, nearest};
 use super::flow::flow_analysis;
 use super::quantities::Quantities;
 use super::schema::{
-    BoxTable, CaseTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable, TrailingEdgeName, VariablesTable,
+    BoxTable, CaseTable, KulfanTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable, TrailingEdgeName,
+    VariablesTable,
 };
-use super::{Case, CaseError, OptimizerSettings};
-use crate::design::geometry::{Deformation, Geometry, Variable, VariableKind};
-use crate::design::motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
-use crate::design::quantity::{Instruments, Quantity};
-use crate::design::{Bounds, DesignError, DesignProblem, ShapeError, ShapeNorm};
-use crate::ffd::{FfdBox, FfdError, FoldPenalty, Placement};
-use crate::section::{Coordinates, Kulfan, Section, SectionDefinition, TrailingEdge};
+use crate::design::{
+    Axis, Bounds, BoxMotion, Deformation, DesignError, DesignProblem, Geometry, Instruments, MotionRules, Quantity,
+    Selection, ShapeError, ShapeNorm, Tie, Variable, VariableKind,
+};
+use crate::ffd::{FfdBox, FfdError, FoldPenalty, LinearMap, Placement};
+use crate::section::{Coordinates, Kulfan, Section, SectionDefinition, SectionError, TrailingEdge};
 use std::path::Path;
 
 /// Far beyond any use; a slip of the keyboard must not fill the memory.
 const MOST_BOX_POINTS: usize = 10_000;
 
-/// Names of the optimisers; the same as those of `optimize::Method`, which stands above this module.
-const METHODS: [&str; 4] = ["lbfgs", "newton", "slsqp", "sqp"];
-
-/// Builds the case; every error names the key it comes from.
-pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &Path) -> Result<Case, CaseError> {
-    if table.name.is_empty() || !table.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
-        return Err(
-            document.error(&["name"], "a name is made of letters, digits, '-', '_' and '.' (it names a folder)")
-        );
-    }
-    let geometry = geometry(document, &table, folder)?;
+/// Builds the problem of a case; every error names the key it comes from.
+pub(super) fn design_problem(
+    document: &Document,
+    table: &CaseTable,
+    folder: &Path,
+) -> Result<DesignProblem, CaseError> {
+    let geometry = geometry(document, table, folder)?;
     let target = match &table.target {
         Some(target) => {
             let definition = definition(document, target, "target", folder)?;
@@ -37,24 +33,19 @@ pub(super) fn build(document: &Document, table: CaseTable, text: &str, folder: &
         }
         None => None,
     };
-    let instruments = instruments(document, &table, &geometry, target.as_ref())?;
+    let instruments = instruments(document, table, &geometry, target.as_ref())?;
     let quantities = Quantities { document, geometry: &geometry, instruments: &instruments };
-    let objective = objective(document, &table, &quantities)?;
+    let objective = objective(document, table, &quantities)?;
     let mut report = Vec::new();
     for name in &table.report.values {
         report.extend(quantities.each(name, &["report", "values"])?);
     }
-    let mut constraints = Vec::new();
-    for (name, bounds) in &table.constraints.0 {
-        constraints.extend(quantities.constraints(name, bounds)?);
-    }
+    let constraints = quantities.constraints(&table.constraints.0)?;
     let problem = DesignProblem::new(geometry, target, instruments, &objective, &constraints, &report)
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
     // a case whose start has no value cannot run; whether it has a flow the run tells
     problem.measures_at_start().map_err(|e| document.error(&["objective"], e.to_string()))?;
-    let optimizer = optimizer(document, &table)?;
-    let description = table.description.unwrap_or_default();
-    Ok(Case { name: table.name, description, text: text.to_string(), problem, optimizer })
+    Ok(problem)
 }
 
 fn definition(
@@ -63,36 +54,24 @@ fn definition(
     key: &str,
     folder: &Path,
 ) -> Result<SectionDefinition, CaseError> {
-    let given = [table.naca.is_some(), table.kulfan.is_some(), table.file.is_some()];
-    if given.iter().filter(|g| **g).count() != 1 {
-        return Err(document.error(&[key], "give exactly one of `naca`, `kulfan` and `file`"));
-    }
-    let kind = ["naca", "kulfan", "file"][given.iter().position(|g| *g).unwrap_or(0)];
-    let wrong = |e: crate::section::SectionError| document.error(&[key, kind], e.to_string());
+    let wrong = |kind: &str, e: SectionError| document.error(&[key, kind], e.to_string());
     let edge = table.trailing_edge.map(|name| match name {
         TrailingEdgeName::Sharp => TrailingEdge::Sharp,
         TrailingEdgeName::Blunt => TrailingEdge::Blunt,
     });
-    let mut definition = if let Some(digits) = &table.naca {
-        SectionDefinition::naca(digits, edge.unwrap_or(TrailingEdge::Blunt)).map_err(wrong)?
-    } else if let Some(coefficients) = &table.kulfan {
-        let mut kulfan = Kulfan::new(coefficients.upper.clone(), coefficients.lower.clone()).map_err(wrong)?;
-        if let Some(gap) = coefficients.gap {
-            kulfan = kulfan.with_gap(gap).map_err(wrong)?;
+    let mut definition = match (&table.naca, &table.kulfan, &table.file) {
+        (Some(digits), None, None) => {
+            SectionDefinition::naca(digits, edge.unwrap_or(TrailingEdge::Blunt)).map_err(|e| wrong("naca", e))?
         }
-        if let Some(class) = coefficients.class {
-            kulfan = kulfan.with_class(class).map_err(wrong)?;
+        (None, Some(table), None) => SectionDefinition::Kulfan(kulfan(table).map_err(|e| wrong("kulfan", e))?),
+        (None, None, Some(file)) => {
+            let mut coordinates = Coordinates::read(folder.join(file)).map_err(|e| wrong("file", e))?;
+            if let Some(tolerance) = table.fit_tolerance {
+                coordinates = coordinates.with_fit_tolerance(tolerance).map_err(|e| wrong("fit_tolerance", e))?;
+            }
+            SectionDefinition::Coordinates(coordinates)
         }
-        SectionDefinition::Kulfan(kulfan)
-    } else {
-        let path = folder.join(table.file.as_deref().unwrap_or_default());
-        let mut coordinates = Coordinates::read(&path).map_err(wrong)?;
-        if let Some(tolerance) = table.fit_tolerance {
-            coordinates = coordinates
-                .with_fit_tolerance(tolerance)
-                .map_err(|e| document.error(&[key, "fit_tolerance"], e.to_string()))?;
-        }
-        SectionDefinition::Coordinates(coordinates)
+        _ => return Err(document.error(&[key], "give exactly one of `naca`, `kulfan` and `file`")),
     };
     if table.fit_tolerance.is_some() && table.file.is_none() {
         return Err(document.error(&[key, "fit_tolerance"], "only coordinates from a `file` are fitted"));
@@ -102,11 +81,20 @@ fn definition(
         return Err(document.error(&[key, "trailing_edge"], message));
     }
     if let Some(control_points) = table.control_points {
-        definition = definition
-            .with_control_points(control_points)
-            .map_err(|e| document.error(&[key, "control_points"], e.to_string()))?;
+        definition = definition.with_control_points(control_points).map_err(|e| wrong("control_points", e))?;
     }
     Ok(definition)
+}
+
+fn kulfan(table: &KulfanTable) -> Result<Kulfan, SectionError> {
+    let mut kulfan = Kulfan::new(table.upper.clone(), table.lower.clone())?;
+    if let Some(gap) = table.gap {
+        kulfan = kulfan.with_gap(gap)?;
+    }
+    if let Some(class) = table.class {
+        kulfan = kulfan.with_class(class)?;
+    }
+    Ok(kulfan)
 }
 
 fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseError> {
@@ -117,24 +105,18 @@ fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseErr
     }
     let placement = match table.placement {
         Some(PlacementName::Greville) => Placement::Greville,
-        _ => Placement::Even,
+        Some(PlacementName::Even) | None => Placement::Even,
     };
-    let result = match (&table.x, &table.y, &table.corners, &table.points) {
-        (Some(x), Some(y), None, None) => FfdBox::rectangular([*x, *y], counts, degrees, placement),
-        (None, None, Some(corners), None) => FfdBox::from_corners(corners, counts, degrees, placement),
-        (None, None, None, Some(points)) => FfdBox::from_control_points(points.clone(), counts, degrees),
+    let (shape, result) = match (&table.x, &table.y, &table.corners, &table.points) {
+        (Some(x), Some(y), None, None) => ("x", FfdBox::rectangular([*x, *y], counts, degrees, placement)),
+        (None, None, Some(corners), None) => ("corners", FfdBox::from_corners(corners, counts, degrees, placement)),
+        (None, None, None, Some(points)) => ("points", FfdBox::from_control_points(points.clone(), counts, degrees)),
         _ => return Err(document.error(&["box"], "give either `x` and `y`, or `corners`, or `points`")),
     };
     result.map_err(|error| {
-        let shape = if table.x.is_some() {
-            "x"
-        } else if table.corners.is_some() {
-            "corners"
-        } else {
-            "points"
-        };
         let key = match &error {
-            FfdError::Range { axis, .. } => ["x", "y"][*axis.min(&1)],
+            FfdError::Range { axis: 0, .. } => "x",
+            FfdError::Range { .. } => "y",
             FfdError::Direction { .. } => "degree",
             _ => shape,
         };
@@ -155,7 +137,7 @@ fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geo
     check_rules(document, rules)?;
     let pins = |section: &Section<f64>| Ok(pin_parameters(&rules.pin, section));
     let for_motion = deformation.clone();
-    let motion = |section: &Section<f64>, rows: &crate::ffd::LinearMap| match &for_motion {
+    let motion = |section: &Section<f64>, rows: &LinearMap| match &for_motion {
         Deformation::None => BoxMotion::new([0, 0], &MotionRules::default(), rows),
         Deformation::Box(lattice) => {
             let motion_rules = motion_rules(rules);
@@ -423,39 +405,4 @@ fn objective(
         return Err(document.error(&["objective", "minimize"], "nothing to minimise: name a quantity and its weight"));
     }
     Ok(terms)
-}
-
-fn optimizer(document: &Document, table: &CaseTable) -> Result<OptimizerSettings, CaseError> {
-    let settings = &table.optimizer;
-    // constraints decide where nothing is said
-    let default = if table.constraints.0.is_empty() { "lbfgs" } else { "slsqp" };
-    let method = settings.method.clone().unwrap_or_else(|| default.into());
-    if !METHODS.contains(&method.as_str()) {
-        let message = format!("unknown method {method:?}; known: {}", METHODS.join(", "));
-        return Err(document.error(&["optimizer", "method"], message));
-    }
-    for (key, value) in [("tolerance", settings.tolerance), ("feasibility", settings.feasibility)] {
-        if let Some(value) = value
-            && !(value.is_finite() && value > 0.0)
-        {
-            return Err(document.error(&["optimizer", key], format!("{value} must be positive")));
-        }
-    }
-    for (key, value) in [
-        ("max_evaluations", settings.max_evaluations),
-        ("max_iterations", settings.max_iterations),
-        ("memory", settings.memory),
-    ] {
-        if value == Some(0) {
-            return Err(document.error(&["optimizer", key], "must be at least 1"));
-        }
-    }
-    Ok(OptimizerSettings {
-        method,
-        max_evaluations: settings.max_evaluations,
-        max_iterations: settings.max_iterations,
-        tolerance: settings.tolerance,
-        feasibility: settings.feasibility,
-        memory: settings.memory,
-    })
 }

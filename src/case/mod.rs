@@ -1,0 +1,196 @@
+//! Case files: a design problem and the method that solves it, as TOML.
+//!
+//! [`Case::open`] reads a file or one of the [built-in cases](builtin_cases), [`Case::run`] minimises as the file says,
+//! [`Case::evaluate`] gives the values at one design. Every key is described in `validation/cases/README.md`.
+//!
+//! Depends on [`optimize`](crate::optimize), [`design`](crate::design) and what they depend on.
+
+mod build;
+mod builtin;
+mod document;
+mod error;
+mod flow;
+mod method;
+mod outcome;
+mod quantities;
+mod schema;
+
+pub use builtin::{BuiltinCase, builtin_cases};
+pub use error::CaseError;
+pub use outcome::{CaseEvaluation, CaseOutcome, RunError};
+
+use crate::design::{DesignError, DesignProblem, Problem};
+use crate::optimize::{Method, OptimizeError, Optimizer, Progress};
+use document::Document;
+use error::nearest;
+use schema::OptimizerTable;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// A design case: a problem and how to solve it.
+///
+/// ```
+/// use aeroform::case::Case;
+/// use std::ops::ControlFlow;
+/// let mut case = Case::open("l2-match")?;
+/// case.use_method("newton")?;
+/// let design = case.run(&mut |_| ControlFlow::Continue(()))?;
+/// let best = case.evaluate(&design.variables)?;
+/// assert!(best.objective < 3.65e-7 && !best.fold.ok_or("no box")?.folded);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Name of the case; the command writes to `out/<name>` unless told otherwise.
+    pub name: String,
+    /// One sentence on the case, or empty.
+    pub description: String,
+    /// The text of the case file, which identifies the case.
+    pub text: String,
+    /// The problem.
+    pub problem: DesignProblem,
+    /// The optimiser with its settings.
+    pub method: Method,
+    /// Settings of the file, for whichever method is used.
+    settings: OptimizerTable,
+}
+
+impl Case {
+    /// Opens a built-in case by name, or a case file by path.
+    ///
+    /// Files named in a case file are sought beside it.
+    ///
+    /// # Errors
+    /// Neither a built-in case nor a readable file, or anything wrong in it, with line and key.
+    pub fn open(name_or_path: &str) -> Result<Self, CaseError> {
+        if let Some(builtin) = builtin_cases().iter().find(|c| c.name == name_or_path) {
+            return Self::parse(name_or_path, builtin.text, Path::new(""));
+        }
+        let path = Path::new(name_or_path);
+        let whole =
+            |message: String| CaseError { origin: name_or_path.into(), line: None, key: String::new(), message };
+        if !path.exists() {
+            let similar = nearest(name_or_path, builtin_cases().iter().map(|c| c.name));
+            let hint = similar.map(|s| format!("; did you mean {s}?")).unwrap_or_default();
+            return Err(whole(format!(
+                "neither a file nor a built-in case{hint} (`aeroform cases` lists the built-in ones)"
+            )));
+        }
+        let bytes = std::fs::read(path).map_err(|e| whole(format!("cannot be read: {e}")))?;
+        let text = String::from_utf8(bytes).map_err(|e| whole(format!("is not text (UTF-8): {e}")))?;
+        Self::parse(name_or_path, &text, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Reads a case from text; `origin` names it in messages, `folder` is where files it names are sought.
+    ///
+    /// # Errors
+    /// Anything wrong in it, with line and key.
+    pub fn parse(origin: &str, text: &str, folder: &Path) -> Result<Self, CaseError> {
+        let document = Document::new(origin, text);
+        let table = document.parse()?;
+        let sound = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if table.name.is_empty() || !table.name.chars().all(sound) {
+            let message = "a name is made of letters, digits, '-', '_' and '.' (it names a folder)";
+            return Err(document.error(&["name"], message));
+        }
+        let problem = build::design_problem(&document, &table, folder)?;
+        let settings = table.optimizer;
+        let method = settings
+            .method(settings.method_name(!table.constraints.0.is_empty()))
+            .map_err(|e| document.error(&["optimizer", "method"], e.to_string()))?;
+        settings.check(&document)?;
+        let description = table.description.unwrap_or_default();
+        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, settings })
+    }
+
+    /// Takes another method, with the settings that the case file gives for whichever method is used.
+    ///
+    /// # Errors
+    /// [`OptimizeError::UnknownMethod`].
+    pub fn use_method(&mut self, name: &str) -> Result<(), OptimizeError> {
+        self.method = self.settings.method(name)?;
+        Ok(())
+    }
+
+    /// Text that identifies a run for [`Checkpoint`](crate::optimize::Checkpoint): the case file and the method.
+    pub fn identity(&self) -> String {
+        format!("{}\n# method {}\n", self.text, self.method.name())
+    }
+
+    /// Minimises the objective from the start, as the case file says.
+    ///
+    /// `observer` is called after every evaluation; `ControlFlow::Break(())` from it ends the run.
+    ///
+    /// # Errors
+    /// [`RunError::Optimize`] for a method that cannot take the problem, [`RunError::Design`] where the design at the
+    /// end has no shape. A run that merely goes badly is an outcome whose status says so.
+    pub fn run(&self, observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>) -> Result<CaseOutcome, RunError> {
+        self.run_on(&mut self.problem.clone(), observer)
+    }
+
+    /// Minimises like [`run`](Self::run), but asks `problem`: a wrapped copy of the problem of the case, such as
+    /// [`Journaled`](crate::optimize::Journaled), which records every evaluation.
+    ///
+    /// # Errors
+    /// See [`run`](Self::run).
+    pub fn run_on(
+        &self,
+        problem: &mut dyn Problem,
+        observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<CaseOutcome, RunError> {
+        let outcome = self.method.minimize(problem, observer)?;
+        let variables = self.problem.unscaled(&outcome.x);
+        let shape = self.problem.shape(&variables)?;
+        let fold = self.problem.fold_report(&shape);
+        Ok(CaseOutcome { outcome, variables, shape, fold })
+    }
+
+    /// Objective and values at a design, one value per variable in the unit of each.
+    ///
+    /// # Errors
+    /// A shape or quantity that has no value.
+    pub fn evaluate(&self, variables: &[f64]) -> Result<CaseEvaluation, DesignError> {
+        self.evaluation(variables, self.problem.quantities_at(variables)?, None)
+    }
+
+    /// Objective, values and exact gradients at a design, one value per variable in the unit of each.
+    ///
+    /// # Errors
+    /// A shape or quantity that has no value.
+    pub fn evaluate_with_gradients(&mut self, variables: &[f64]) -> Result<CaseEvaluation, DesignError> {
+        let (values, gradients) = self.problem.gradients(variables)?.into_iter().unzip();
+        self.evaluation(variables, values, Some(gradients))
+    }
+
+    fn evaluation(
+        &self,
+        variables: &[f64],
+        values: Vec<f64>,
+        gradients: Option<Vec<Vec<f64>>>,
+    ) -> Result<CaseEvaluation, DesignError> {
+        let objective = values.iter().zip(self.problem.objective_weights()).map(|(v, w)| v * w).sum();
+        let fold = self.problem.fold_report(&self.problem.shape(variables)?);
+        Ok(CaseEvaluation { variables: variables.to_vec(), objective, values, gradients, fold })
+    }
+
+    /// The design with the given variables, by name and in the unit of each; the others keep their start.
+    ///
+    /// # Errors
+    /// [`DesignError::NoVariable`].
+    pub fn design_vector<'a>(&self, given: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Vec<f64>, DesignError> {
+        let variables = self.problem.geometry().variables();
+        let mut values = self.problem.start_values();
+        for (name, value) in given {
+            let index = variables.iter().position(|v| v.name == name).ok_or_else(|| {
+                let suggestion = nearest(name, variables.iter().map(|v| v.name.as_str()));
+                DesignError::NoVariable { name: name.into(), suggestion }
+            })?;
+            values[index] = value;
+        }
+        Ok(values)
+    }
+}
+
+#[cfg(test)]
+#[path = "case_tests.rs"]
+mod tests;

@@ -1,0 +1,87 @@
+//! Any of the methods behind one type.
+
+use super::lbfgs::Lbfgs;
+use super::newton::Newton;
+use super::optimizer::{Limits, Optimizer};
+use super::outcome::{OptimizeError, Outcome, Progress, refuse_constraints};
+use super::slsqp::Slsqp;
+use super::sqp::Sqp;
+use crate::design::Problem;
+use std::ops::ControlFlow;
+
+/// A method as a case file names it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// `"lbfgs"`.
+    Lbfgs(Lbfgs),
+    /// `"newton"`.
+    Newton(Newton),
+    /// `"slsqp"`.
+    Slsqp(Slsqp),
+    /// `"sqp"`.
+    Sqp(Sqp),
+}
+
+impl Method {
+    /// The names [`from_name`](Self::from_name) knows.
+    pub const NAMES: [&'static str; 4] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME, Sqp::NAME];
+
+    /// The method called `name` with its default settings.
+    ///
+    /// # Errors
+    /// [`OptimizeError::UnknownMethod`].
+    pub fn from_name(name: &str) -> Result<Self, OptimizeError> {
+        match name {
+            Lbfgs::NAME => Ok(Self::Lbfgs(Lbfgs::default())),
+            Newton::NAME => Ok(Self::Newton(Newton::default())),
+            Slsqp::NAME => Ok(Self::Slsqp(Slsqp::default())),
+            Sqp::NAME => Ok(Self::Sqp(Sqp::default())),
+            _ => Err(OptimizeError::UnknownMethod { name: name.into(), known: Self::NAMES }),
+        }
+    }
+
+    /// Whether the method takes the constraints of `problem`, if there are any.
+    ///
+    /// # Errors
+    /// [`OptimizeError::ConstraintsNotSupported`].
+    pub fn check_constraints(&self, problem: &dyn Problem) -> Result<(), OptimizeError> {
+        match self {
+            Self::Lbfgs(_) | Self::Newton(_) => refuse_constraints(problem, self.name()),
+            Self::Slsqp(_) | Self::Sqp(_) => Ok(()),
+        }
+    }
+
+    /// The limits of the run, to read or set.
+    pub fn limits_mut(&mut self) -> &mut Limits {
+        match self {
+            Self::Lbfgs(method) => &mut method.limits,
+            Self::Newton(method) => &mut method.limits,
+            Self::Slsqp(method) => &mut method.limits,
+            Self::Sqp(method) => &mut method.limits,
+        }
+    }
+
+    fn optimizer(&self) -> &dyn Optimizer {
+        match self {
+            Self::Lbfgs(method) => method,
+            Self::Newton(method) => method,
+            Self::Slsqp(method) => method,
+            Self::Sqp(method) => method,
+        }
+    }
+}
+
+impl Optimizer for Method {
+    fn name(&self) -> &'static str {
+        self.optimizer().name()
+    }
+
+    fn minimize(
+        &self,
+        problem: &mut dyn Problem,
+        observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Outcome, OptimizeError> {
+        self.optimizer().minimize(problem, observer)
+    }
+}

@@ -1,0 +1,162 @@
+//! The keys of every JSON output of the command, exactly and in order: scripts rely on them.
+
+mod common;
+
+use common::{aeroform, folder, json};
+use serde_json::Value;
+
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().unwrap_or_else(|| panic!("not an object: {value}")).keys().map(String::as_str).collect()
+}
+
+/// Output of a command that succeeds.
+fn of(arguments: &[&str]) -> Value {
+    let folder = folder();
+    let output = aeroform(arguments, folder.path());
+    assert!(output.status.success(), "{arguments:?}: {}", common::text(&output.stderr));
+    json(&output)
+}
+
+const POINT: [&str; 17] = [
+    "converged",
+    "status",
+    "residual",
+    "iterations",
+    "attempts",
+    "alpha",
+    "mach",
+    "reynolds",
+    "cl",
+    "cd",
+    "cd_pressure",
+    "cd_friction",
+    "cm",
+    "transition_upper",
+    "transition_lower",
+    "cp_min",
+    "seconds",
+];
+
+#[test]
+fn run() {
+    let result = of(&["run", "l2-match-area", "--json"]);
+    assert_eq!(
+        keys(&result),
+        [
+            "case",
+            "optimizer",
+            "status",
+            "message",
+            "evaluations",
+            "failed_evaluations",
+            "iterations",
+            "seconds",
+            "objective",
+            "values",
+            "constraints",
+            "kkt_residual",
+            "variables",
+            "min_fold_indicator",
+            "folded",
+            "self_intersecting",
+        ]
+    );
+    assert_eq!(keys(&result["values"])[..2], ["shape_error", "area"]);
+    assert!(keys(&result["constraints"]).contains(&"area"));
+    assert_eq!(keys(&result["constraints"]["area"]), ["value", "lower", "upper", "violation", "multiplier"]);
+    assert!(result["constraints"]["area"]["lower"].is_null() && result["constraints"]["area"]["upper"].is_f64());
+    assert!(keys(&result["variables"]).iter().all(|name| name.starts_with("dx[") || name.starts_with("dy[")));
+}
+
+#[test]
+fn evaluate() {
+    let all = ["variables", "objective", "values", "gradients", "min_fold_indicator", "folded"];
+    let result = of(&["evaluate", "l2-mixed", "--gradients", "--json"]);
+    assert_eq!(keys(&result), all);
+    assert_eq!(keys(&result["values"]), ["fold_penalty", "shape_error", "area", "thickness"]);
+    assert_eq!(keys(&result["gradients"]), keys(&result["values"]));
+    assert_eq!(keys(&result["gradients"]["shape_error"]), keys(&result["variables"]));
+    let result = of(&["evaluate", "l2-direct", "--json"]);
+    assert_eq!(keys(&result), all.into_iter().filter(|key| *key != "gradients").collect::<Vec<_>>());
+    assert!(result["min_fold_indicator"].is_null() && result["folded"].is_null());
+}
+
+#[test]
+fn gradients() {
+    let result = of(&["gradients", "mirrored", "--json"]);
+    assert_eq!(
+        keys(&result),
+        ["case", "agrees", "worst_route_error", "worst_finite_difference_deviation", "variables", "derivatives",]
+    );
+    assert_eq!(
+        keys(&result["derivatives"][0]),
+        [
+            "quantity",
+            "variable",
+            "exact",
+            "forward",
+            "finite_difference",
+            "finite_difference_error",
+            "route_error",
+            "finite_difference_deviation",
+            "agrees",
+        ]
+    );
+}
+
+#[test]
+fn section() {
+    let result = of(&["section", "naca2412", "--json"]);
+    assert_eq!(
+        keys(&result),
+        [
+            "name",
+            "area",
+            "thickness",
+            "thickness_x",
+            "camber",
+            "camber_x",
+            "nose_radius",
+            "trailing_edge_angle",
+            "trailing_edge_gap",
+            "perimeter",
+            "chord",
+            "centroid",
+            "control_points",
+            "trailing_edge",
+            "parameters",
+            "self_intersecting",
+            "curve",
+        ]
+    );
+    assert_eq!(keys(&result["parameters"]), ["thickness", "camber", "camber_position"]);
+    assert_eq!(keys(&result["curve"]), ["degree", "knots", "control_points"]);
+    assert_eq!(result["trailing_edge"], "blunt");
+}
+
+#[test]
+fn analyze() {
+    let result = of(&["analyze", "naca0012", "--alpha", "2", "--trip", "0.1", "--json"]);
+    assert_eq!(keys(&result), POINT);
+    let result = of(&["analyze", "naca0012", "--alpha", "2", "--trip", "0.1", "--gradients", "--json"]);
+    assert_eq!(keys(&result), POINT.into_iter().chain(["gradients", "nodes"]).collect::<Vec<_>>());
+    assert_eq!(keys(&result["gradients"]), ["cl", "cd", "cm"]);
+    assert_eq!(keys(&result["gradients"]["cl"]), ["alpha", "mach", "reynolds", "x", "y"]);
+    let result = of(&["analyze", "naca0012", "--alpha", "2", "--inviscid", "--json"]);
+    assert_eq!(keys(&result), ["converged", "alpha", "mach", "cl", "cm", "cp_min", "seconds"]);
+}
+
+#[test]
+fn polar() {
+    let result = of(&["polar", "naca0012", "--alpha", "0:2:2", "--trip", "0.1", "--json"]);
+    assert_eq!(keys(&result), ["section", "points"]);
+    assert_eq!(result["points"].as_array().unwrap().len(), 2);
+    assert_eq!(keys(&result["points"][0]), POINT);
+}
+
+#[test]
+fn cases() {
+    let result = of(&["cases", "--json"]);
+    assert_eq!(keys(&result), ["cases"]);
+    assert_eq!(keys(&result["cases"][0]), ["name", "description", "variables"]);
+}
