@@ -38,6 +38,8 @@
 pub mod differentiate;
 pub mod scalar;
 
+mod plane;
+
 pub mod spline;
 
 pub mod section;

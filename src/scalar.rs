@@ -8,6 +8,7 @@
 //! Depends on `num-dual` and `libm` only.
 
 use num_dual::DualNum;
+use std::ops::{Add, Div, Mul, Sub};
 
 /// A real number that may carry derivatives: `f64`, or a `Copy` dual number over `f64`.
 ///
@@ -42,7 +43,7 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
         }
     }
 
-    /// Error function.
+    /// Error function `2/√π ∫ exp(−t²) dt` from 0 to the number.
     #[inline]
     fn erf(self) -> Self {
         let x = self.re();
@@ -50,7 +51,7 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
         self.chain([libm::erf(x), g, -2.0 * x * g, (4.0 * x * x - 2.0) * g])
     }
 
-    /// Complementary error function (paper, equation 2).
+    /// Complementary error function `1 − erf`, without cancellation for large numbers (paper, equation 2).
     #[inline]
     fn erfc(self) -> Self {
         let x = self.re();
@@ -141,6 +142,20 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
 }
 
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {}
+
+/// A scalar that arithmetic combines with numbers of another scalar `S`: with `f64` every scalar, otherwise `S` itself.
+///
+/// Quantities prepared from numbers of `S` (a target, an undeformed box) are so compared with ones of other scalars,
+/// without turning constants into dual numbers.
+pub trait Over<S>:
+    Scalar + Add<S, Output = Self> + Sub<S, Output = Self> + Mul<S, Output = Self> + Div<S, Output = Self>
+{
+}
+
+impl<S, T> Over<S> for T where
+    T: Scalar + Add<S, Output = T> + Sub<S, Output = T> + Mul<S, Output = T> + Div<S, Output = T>
+{
+}
 
 #[cfg(test)]
 mod tests {

@@ -62,7 +62,7 @@ impl Quantity {
 #[derive(Debug, Clone)]
 pub(crate) struct Instruments {
     pub shape_error: Option<ShapeError>,
-    pub penalty: Option<BoxPenalty<2>>,
+    pub penalty: Option<BoxPenalty>,
     pub flow: Option<FlowAnalysis>,
 }
 

@@ -1,7 +1,8 @@
 //! Distance between a section and a target, at equal parameters.
 
 use super::DesignError;
-use crate::scalar::Scalar;
+use crate::plane::{dot, length};
+use crate::scalar::{Over, Scalar};
 use crate::spline::{BSplineCurve, GaussRule, KnotVector};
 use nalgebra::DMatrix;
 use num_dual::{Dual2SVec64, DualSVec64};
@@ -33,7 +34,7 @@ impl ShapeNorm {
 /// The shape error against one target, prepared for curves on one knot vector.
 ///
 /// All norms are a sum of weighted squared distances between sampled points of the curve, which are linear in its
-/// control points, and constant points of the target. Samples are Gauss points of every span of the merged knots, so
+/// control points, and points of the target, which may be of any scalar. Samples are Gauss points of every span of the merged knots, so
 /// that each span is a polynomial piece of both curves.
 ///
 /// ```
@@ -47,46 +48,47 @@ impl ShapeNorm {
 /// assert!((value - 2.0).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone)]
-pub struct ShapeError {
+pub struct ShapeError<S = f64> {
     norm: ShapeNorm,
     /// Control points a sample depends on: `order` of them from `first`.
     order: usize,
-    samples: Vec<Sample>,
-    /// `order` weights a sample.
+    samples: Vec<Sample<S>>,
+    /// `order` weights per sample.
     basis: Vec<f64>,
-    /// What the sum is divided by before the root (root mean square only).
-    length: f64,
+    /// Length of the target, by which the sum is divided before the root (root mean square only).
+    length: S,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Sample {
+struct Sample<S> {
     first: usize,
-    target: [f64; 2],
-    weight: f64,
+    target: [S; 2],
+    weight: S,
 }
 
 /// The kernel that everything here differentiates.
-fn weighted_square<S: Scalar>(distance: [S; 2], weight: f64) -> S {
-    (distance[0] * distance[0] + distance[1] * distance[1]) * weight
+fn weighted_square<S, T: Over<S>>(distance: [T; 2], weight: S) -> T {
+    dot(distance, distance) * weight
 }
 
-impl ShapeError {
+impl<S: Scalar> ShapeError<S> {
     /// Prepares the comparison of curves on `knots` with `target`.
     ///
     /// # Errors
     /// Different domains, or different knots where control points are compared.
-    pub fn new(norm: ShapeNorm, target: &BSplineCurve<f64>, knots: &KnotVector) -> Result<Self, DesignError> {
+    pub fn new(norm: ShapeNorm, target: &BSplineCurve<S>, knots: &KnotVector) -> Result<Self, DesignError> {
         if target.domain() != knots.domain() {
             return Err(DesignError::TargetDomain { target: target.domain(), section: knots.domain() });
         }
-        let mut result = Self { norm, order: knots.degree() + 1, samples: Vec::new(), basis: Vec::new(), length: 1.0 };
+        let mut result =
+            Self { norm, order: knots.degree() + 1, samples: Vec::new(), basis: Vec::new(), length: S::from(1.0) };
         if norm == ShapeNorm::ControlPoints {
             if target.knots().as_ref() != knots {
                 return Err(DesignError::TargetKnots);
             }
             result.order = 1;
             for (first, &point) in target.control_points().iter().enumerate() {
-                result.samples.push(Sample { first, target: point, weight: 1.0 });
+                result.samples.push(Sample { first, target: point, weight: S::from(1.0) });
                 result.basis.push(1.0);
             }
         } else {
@@ -98,7 +100,7 @@ impl ShapeError {
         Ok(result)
     }
 
-    fn sample_spans(&mut self, target: &BSplineCurve<f64>, knots: &KnotVector) {
+    fn sample_spans(&mut self, target: &BSplineCurve<S>, knots: &KnotVector) {
         let mut breaks: Vec<f64> = knots.as_slice().iter().chain(target.knots().as_slice()).copied().collect();
         breaks.sort_by(f64::total_cmp);
         breaks.dedup();
@@ -107,23 +109,25 @@ impl ShapeError {
         for ends in breaks.windows(2) {
             for (u, weight) in rule.on(ends[0], ends[1]) {
                 let span = knots.span(u);
-                let (point, tangent) = target.point_and_tangent(u);
-                let by_length = tangent[0].hypot(tangent[1]);
-                let factor = if self.norm == ShapeNorm::Parameter { 1.0 } else { by_length };
-                self.samples.push(Sample { first: span - knots.degree(), target: point, weight: weight * factor });
+                let speed = match self.norm {
+                    ShapeNorm::Parameter => S::from(1.0),
+                    _ => length(target.tangent_at(u)),
+                };
+                let first = span - knots.degree();
+                self.samples.push(Sample { first, target: target.point_at(u), weight: speed * weight });
                 self.basis.extend(knots.basis(span, u));
             }
         }
     }
 
-    /// Which norm this is.
+    /// The norm by which the shapes are compared.
     pub fn norm(&self) -> ShapeNorm {
         self.norm
     }
 
-    fn distance<S: Scalar>(&self, index: usize, control_points: &[[S; 2]]) -> [S; 2] {
+    fn distance<T: Over<S>>(&self, index: usize, control_points: &[[T; 2]]) -> [T; 2] {
         let sample = &self.samples[index];
-        let mut distance = sample.target.map(|t| S::from(-t));
+        let mut distance = sample.target.map(|t| T::from(0.0) - t);
         let basis = &self.basis[index * self.order..(index + 1) * self.order];
         for (weight, point) in basis.iter().zip(&control_points[sample.first..]) {
             distance[0] += point[0] * *weight;
@@ -132,7 +136,7 @@ impl ShapeError {
         distance
     }
 
-    fn finish<S: Scalar>(&self, sum: S) -> S {
+    fn finish<T: Over<S>>(&self, sum: T) -> T {
         match self.norm {
             ShapeNorm::RootMeanSquare => (sum / self.length).sqrt(),
             _ => sum,
@@ -140,14 +144,16 @@ impl ShapeError {
     }
 
     /// The error of a curve with the given control points, as many as the knots ask for.
-    pub fn value<S: Scalar>(&self, control_points: &[[S; 2]]) -> S {
-        let mut sum = S::from(0.0);
+    pub fn value<T: Over<S>>(&self, control_points: &[[T; 2]]) -> T {
+        let mut sum = T::from(0.0);
         for (index, sample) in self.samples.iter().enumerate() {
             sum += weighted_square(self.distance(index, control_points), sample.weight);
         }
         self.finish(sum)
     }
+}
 
+impl ShapeError<f64> {
     /// Value; adds `factor` times its derivative with respect to the control points to `gradient`.
     ///
     /// The kernel is differentiated in its two components, and carried back through the linear sampling.

@@ -16,7 +16,7 @@ pub type Direction = DualSVec64<CHUNK>;
 /// Value and gradient of `function` at `x` (length n), in `ceil(n / CHUNK)` sweeps.
 ///
 /// # Errors
-/// Those of the function itself.
+/// The first error that the function returns.
 pub fn gradient<F: Function>(function: &F, x: &[f64]) -> Result<(f64, Vec<f64>), F::Error> {
     struct AsVector<'a, F>(&'a F);
     impl<F: Function> VectorFunction for AsVector<'_, F> {
@@ -32,7 +32,7 @@ pub fn gradient<F: Function>(function: &F, x: &[f64]) -> Result<(f64, Vec<f64>),
 /// Values (length m) and Jacobian (m rows × n columns) of `function` at `x` (length n), in `ceil(n / CHUNK)` sweeps.
 ///
 /// # Errors
-/// Those of the function itself.
+/// The first error that the function returns.
 pub fn jacobian<F: VectorFunction>(function: &F, x: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), F::Error> {
     let n = x.len();
     let mut point: Vec<Direction> = x.iter().map(|&v| Direction::from_re(v)).collect();
@@ -72,7 +72,7 @@ pub fn jacobian<F: VectorFunction>(function: &F, x: &[f64]) -> Result<(Vec<f64>,
 /// Second derivatives come from hyper-dual numbers, a block of [`CHUNK`] × [`CHUNK`] mixed derivatives per sweep.
 ///
 /// # Errors
-/// Those of the function itself.
+/// The first error that the function returns.
 pub fn hessian<F: Function>(function: &F, x: &[f64]) -> Result<(f64, Vec<f64>, DMatrix<f64>), F::Error> {
     type Pair = HyperDualSVec64<CHUNK, CHUNK>;
     let n = x.len();

@@ -1,7 +1,12 @@
 //! Implicit function theorem: solve in `f64`, then lift the root to any scalar.
 
 use crate::scalar::Scalar;
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::{DMatrix, DVector, SMatrix};
+
+/// The Jacobian of a system of equations has no inverse at their root, so that the root has no derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the Jacobian of the equations is singular at their root, which therefore has no derivatives")]
+pub struct SingularJacobian;
 
 /// Why a system of equations was not solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -9,11 +14,11 @@ pub enum SolveError {
     /// Newton's method used up its iterations.
     #[error("Newton did not converge in {iterations} iterations: residual {residual:.3e}, wanted {tolerance:.1e}")]
     NotConverged {
-        /// Iterations done.
+        /// Number of iterations that were done.
         iterations: usize,
         /// Euclidean norm of the last residual.
         residual: f64,
-        /// Norm asked for.
+        /// Norm of the residual that was asked for.
         tolerance: f64,
     },
     /// The Jacobian has no inverse.
@@ -30,12 +35,12 @@ pub trait Implicit {
     fn residual<S: Scalar>(&self, u: &[S], p: &[S]) -> Vec<S>;
 }
 
-/// A solution in `f64`, with the factorised Jacobian *at the solution*.
+/// A solution in `f64`, with the inverse of the Jacobian *at the solution*.
 #[derive(Debug, Clone)]
 pub struct Root {
-    /// The unknowns.
+    /// The unknowns at the solution.
     pub u: DVector<f64>,
-    factors: LU<f64, Dyn, Dyn>,
+    inverse: DMatrix<f64>,
 }
 
 /// The exact Jacobian dR/du, by chunked forward mode.
@@ -72,33 +77,21 @@ impl Root {
             let (r, jacobian) = jacobian_of(system, u.as_slice(), p);
             let r = DVector::from_vec(r);
             residual = r.norm();
-            let factors = jacobian.lu();
+            let singular = SolveError::Singular { iteration };
             if residual <= tolerance {
-                return if factors.is_invertible() {
-                    Ok(Self { u, factors })
-                } else {
-                    Err(SolveError::Singular { iteration })
-                };
+                return Ok(Self { u, inverse: jacobian.try_inverse().ok_or(singular)? });
             }
             if iteration < iterations {
-                u -= factors.solve(&r).ok_or(SolveError::Singular { iteration })?;
+                u -= jacobian.lu().solve(&r).ok_or(singular)?;
             }
         }
         Err(SolveError::NotConverged { iterations, residual, tolerance })
     }
 
     /// The root as a function of `p` for any scalar whose real parts are those the root was solved at.
-    ///
-    /// `u ← u − (dR/du)⁻¹ R(u, p)`, once per order of derivative: the frozen `f64` Jacobian gains one order a pass.
     pub fn lift<S: Scalar, I: Implicit>(&self, system: &I, p: &[S]) -> Vec<S> {
         let mut u: Vec<S> = self.u.iter().map(|&v| S::from(v)).collect();
-        for _ in 0..S::NDERIV {
-            let mut step = system.residual(&u, p);
-            self.solve_in_place(&mut step);
-            for (u, step) in u.iter_mut().zip(step) {
-                *u -= step;
-            }
-        }
+        lift(&mut u, |u| system.residual(u, p), |k, r| self.inverse[(k, r)]);
         u
     }
 
@@ -106,63 +99,83 @@ impl Root {
     ///
     /// Then `dJ/dp` is `∂J/∂p − ∂(λ·R(u, p))/∂p`: one scalar function of `p`, whatever the number of unknowns.
     pub fn adjoint(&self, output_by_unknown: &DVector<f64>) -> DVector<f64> {
-        let mut y = output_by_unknown.clone();
-        let (factors, n) = (self.factors.lu_internal(), y.len());
-        for i in 0..n {
-            for j in 0..i {
-                y[i] -= factors[(j, i)] * y[j];
-            }
-            y[i] /= factors[(i, i)];
-        }
-        for i in (0..n).rev() {
-            for j in i + 1..n {
-                y[i] -= factors[(j, i)] * y[j];
-            }
-        }
-        self.factors.p().inv_permute_rows(&mut y);
-        y
-    }
-
-    /// Solves with the `f64` factors and a right-hand side of any scalar.
-    fn solve_in_place<S: Scalar>(&self, b: &mut Vec<S>) {
-        let mut permuted = DVector::from_vec(std::mem::take(b));
-        self.factors.p().permute_rows(&mut permuted);
-        let (factors, n) = (self.factors.lu_internal(), permuted.len());
-        for j in 0..n {
-            for i in j + 1..n {
-                let known = permuted[j];
-                permuted[i] -= known * factors[(i, j)];
-            }
-        }
-        for j in (0..n).rev() {
-            permuted[j] /= factors[(j, j)];
-            for i in 0..j {
-                let known = permuted[j];
-                permuted[i] -= known * factors[(i, j)];
-            }
-        }
-        *b = permuted.as_slice().to_vec();
+        self.inverse.tr_mul(output_by_unknown)
     }
 }
 
-/// Lifts a root `u` of one scalar equation `residual(u) = 0`, already found in `f64`, to the scalar `S`.
+/// Carries derivatives of every order that `S` has into a root `u` that was found in `f64`.
 ///
-/// `residual` closes over parameters that carry derivatives; `slope` is `∂residual/∂u` at the root.
-pub fn lift_root<S: Scalar>(root: f64, slope: f64, residual: impl Fn(S) -> S) -> S {
-    let mut u = S::from(root);
+/// The step is `u ← u − J⁻¹ R(u)`, once per order of derivative: with the Jacobian `J` frozen in `f64` each pass makes one
+/// more order exact. `inverse` gives the entries of `J⁻¹` by row and column.
+pub(crate) fn lift<S: Scalar, R: AsRef<[S]>>(
+    u: &mut [S],
+    residual: impl Fn(&[S]) -> R,
+    inverse: impl Fn(usize, usize) -> f64,
+) {
     for _ in 0..S::NDERIV {
-        // the real part of the residual is round-off of the f64 solution; it must not move the root
-        let r = residual(u);
-        u -= (r - r.re()) / slope;
+        let residual = residual(u);
+        for (k, u) in u.iter_mut().enumerate() {
+            for (r, value) in residual.as_ref().iter().enumerate() {
+                // the real part of the residual is round-off of the f64 solution; it must not move the root
+                *u -= (*value - value.re()) * inverse(k, r);
+            }
+        }
     }
-    u
+}
+
+/// Lifts a root of `N` equations in `N` unknowns, already found in `f64`, to the scalar `S`.
+///
+/// `residual` closes over whatever carries derivatives. `jacobian` gives the Jacobian at the root, by columns: entry `k`
+/// holds the derivatives of all residuals with respect to unknown `k`. It is asked for only where `S` has derivatives.
+///
+/// ```
+/// use aeroform::differentiate::lift_roots;
+/// use num_dual::Dual64;
+/// // x + y = p and x y = 2 at p = 3
+/// let p = Dual64::new(3.0, 1.0);
+/// let residual = |[x, y]: [Dual64; 2]| [x + y - p, x * y - 2.0];
+/// let [x, y] = lift_roots([1.0, 2.0], || [[1.0, 2.0], [1.0, 1.0]], residual).unwrap();
+/// assert_eq!((x.re, x.eps, y.re, y.eps), (1.0, -1.0, 2.0, 2.0));
+/// ```
+///
+/// # Errors
+/// A Jacobian that is singular to round-off, where `S` carries derivatives.
+pub fn lift_roots<S: Scalar, const N: usize>(
+    root: [f64; N],
+    jacobian: impl FnOnce() -> [[f64; N]; N],
+    residual: impl Fn([S; N]) -> [S; N],
+) -> Result<[S; N], SingularJacobian> {
+    let mut u = root.map(S::from);
+    if S::NDERIV > 0 {
+        let jacobian = SMatrix::<f64, N, N>::from(jacobian());
+        let inverse = jacobian.try_inverse().ok_or(SingularJacobian)?;
+        // a product that is large whatever the units of the unknowns; written so that NaN fails
+        if !(0..N).all(|k| jacobian.column(k).amax() * inverse.row(k).amax() < 1e14) {
+            return Err(SingularJacobian);
+        }
+        lift(&mut u, |u| residual(std::array::from_fn(|k| u[k])), |k, r| inverse[(k, r)]);
+    }
+    Ok(u)
+}
+
+/// Lifts a root of one equation in one unknown, as [`lift_roots`] does for several; `slope` is the derivative of the
+/// residual with respect to the unknown at the root.
+///
+/// # Errors
+/// A slope of zero, where `S` carries derivatives.
+pub fn lift_root<S: Scalar>(
+    root: f64,
+    slope: impl FnOnce() -> f64,
+    residual: impl Fn(S) -> S,
+) -> Result<S, SingularJacobian> {
+    lift_roots([root], || [[slope()]], |[u]| [residual(u)]).map(|[u]| u)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use num_dual::{Dual2SVec64, Dual64, DualSVec64, first_derivative};
+    use num_dual::{Dual2SVec64, Dual3_64, Dual64, DualSVec64, HyperDual64, first_derivative};
 
     /// A nonlinear tridiagonal system.
     struct Rods(usize);
@@ -218,8 +231,43 @@ mod tests {
 
     #[test]
     fn a_lifted_scalar_root_is_the_square_root() {
-        let (value, slope) = first_derivative(|x: Dual64| lift_root(3.0, 6.0, |u: Dual64| u * u - x), 9.0);
-        assert_eq!((value, slope), (3.0, 1.0 / 6.0));
+        let root = |x: Dual64| lift_root(3.0, || 6.0, |u: Dual64| u * u - x).unwrap();
+        assert_eq!(first_derivative(root, 9.0), (3.0, 1.0 / 6.0));
+    }
+
+    /// x³ + y = a, x y² = b, over the scalar `S`, at the root (1.5, 0.7).
+    fn pair<S: Scalar>(a: S, b: S) -> [S; 2] {
+        let jacobian = || [[3.0 * 1.5 * 1.5, 0.7 * 0.7], [1.0, 2.0 * 1.5 * 0.7]];
+        lift_roots([1.5, 0.7], jacobian, |[x, y]: [S; 2]| [x.powi(3) + y - a, x * y * y - b]).unwrap()
+    }
+
+    #[test]
+    fn lifted_systems_are_exact_to_the_third_order() {
+        let (a, b) = (1.5f64.powi(3) + 0.7, 1.5 * 0.49);
+        let t = Dual3_64::from(0.0).derivative();
+        let [x, y] = pair(t * 2.0 + a, t * t - t + b);
+        // put back into the equations every order must come out as it went in
+        let (first, second) = (x * x * x + y - t * 2.0 - a, x * y * y - t * t + t - b);
+        for r in [first, second] {
+            assert!(r.re.abs().max(r.v1.abs()).max(r.v2.abs()).max(r.v3.abs()) < 1e-12, "{r}");
+        }
+        assert!(x.v3.abs() > 1e-3 && y.v3.abs() > 1e-3);
+        let [hx, hy] = pair(HyperDual64::new(a, 2.0, 2.0, 0.0), HyperDual64::new(b, -1.0, -1.0, 2.0));
+        assert_relative_eq!(hx.eps1eps2, x.v2, max_relative = 1e-13);
+        assert_relative_eq!(hy.eps1eps2, y.v2, max_relative = 1e-13);
+    }
+
+    #[test]
+    fn singular_jacobians_are_refused_where_derivatives_are_wanted() {
+        let flat = |x: Dual64| lift_root(0.0, || 0.0, |u: Dual64| u * u - x);
+        assert_eq!(flat(Dual64::new(0.0, 1.0)), Err(SingularJacobian));
+        assert!(lift_root(0.0, || f64::NAN, |u: Dual64| u).is_err());
+        let parallel = || [[0.1, 0.3], [0.1 / 3.0, 0.1]];
+        assert_eq!(
+            lift_roots([Dual64::from(0.0); 2].map(|u| u.re), parallel, |u: [Dual64; 2]| u),
+            Err(SingularJacobian)
+        );
+        assert_eq!(lift_roots([0.5, 0.5], parallel, |u: [f64; 2]| u), Ok([0.5, 0.5]));
     }
 
     #[test]

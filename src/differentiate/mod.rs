@@ -1,7 +1,8 @@
 //! Drivers that turn a function written over [`Scalar`] into its exact derivatives.
 //!
 //! * [`gradient`], [`jacobian`], [`hessian`]: forward mode in chunks of [`CHUNK`] directions, no heap-allocated duals;
-//! * [`Implicit`], [`Root`]: solve in `f64`, then carry derivatives through the solution by the implicit function theorem;
+//! * [`lift_root`], [`lift_roots`] for a few unknowns, [`Implicit`] and [`Root`] for many: solve in `f64`, then carry
+//!   derivatives of every order through the solution by the implicit function theorem;
 //! * [`finite_difference`]: Ridders' extrapolated central differences with their own error estimate. They only check.
 //!
 //! A Rust closure cannot be generic, so functions to differentiate are types with a generic method:
@@ -31,7 +32,8 @@ mod tangent;
 pub(crate) use tangent::Tangent;
 
 pub use forward::{CHUNK, Direction, gradient, hessian, jacobian};
-pub use implicit::{Implicit, Root, SolveError, lift_root};
+pub(crate) use implicit::lift;
+pub use implicit::{Implicit, Root, SingularJacobian, SolveError, lift_root, lift_roots};
 pub use ridders::{Estimate, StepRange, finite_difference, finite_difference_jacobian};
 
 use crate::scalar::Scalar;
@@ -40,7 +42,7 @@ use crate::scalar::Scalar;
 pub trait Function {
     /// Why the function has no value at some point; [`std::convert::Infallible`] where it always has.
     type Error;
-    /// The value at `x`.
+    /// The value at the point `x`, which has one entry per variable.
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<S, Self::Error>;
 }
 

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 /// A derivative by finite differences and how far it may be off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// The extrapolated derivative.
+    /// The derivative, extrapolated to a step of zero.
     pub value: f64,
     /// Estimated absolute error: disagreement of the extrapolation with itself plus the noise of the function values,
     /// which is measured, not assumed.
@@ -31,18 +31,18 @@ impl StepRange {
 /// Derivative of `f` at `x` by central differences, extrapolated to zero step (Ridders 1982).
 ///
 /// # Errors
-/// Those of `f`.
+/// The first error that `f` returns.
 pub fn finite_difference<E>(mut f: impl FnMut(f64) -> Result<f64, E>, x: f64, steps: StepRange) -> Result<Estimate, E> {
     let estimates = finite_difference_jacobian(|x| Ok(vec![f(x[0])?]), &[x], &[steps])?;
     Ok(estimates[(0, 0)])
 }
 
-/// Jacobian (outputs × variables) of `f` at `x` by extrapolated central differences; `steps` has one entry a variable.
+/// Jacobian (outputs × variables) of `f` at `x` by extrapolated central differences; `steps` has one entry per variable.
 ///
-/// All outputs share the evaluations (`2 · levels + 9` a variable); each picks its own best entry of its tableau.
+/// All outputs share the evaluations (`2 · levels + 9` per variable); each picks its own best entry of its tableau.
 ///
 /// # Errors
-/// Those of `f`.
+/// The first error that `f` returns.
 pub fn finite_difference_jacobian<E>(
     mut f: impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
     x: &[f64],

@@ -27,13 +27,13 @@ pub(crate) struct Tangent<const N: usize> {
 }
 
 impl<const N: usize> Tangent<N> {
-    /// A constant.
+    /// A constant: all derivatives are zero.
     #[inline(always)]
     pub fn from_re(value: f64) -> Self {
         Self { re: value, eps: [0.0; N] }
     }
 
-    /// The same value as the independent variable of direction `k`.
+    /// This value as the independent variable of direction `k`.
     #[inline(always)]
     pub fn derivative(mut self, k: usize) -> Self {
         self.eps[k] = 1.0;

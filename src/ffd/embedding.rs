@@ -1,7 +1,8 @@
 //! Points embedded in a box: their parameters and the linear map that moves them.
 
-use super::inversion::{Inversion, solve_small};
+use super::inversion::Inversion;
 use super::{FfdBox, FfdError, LinearMap};
+use crate::differentiate::lift_roots;
 use crate::scalar::Scalar;
 use crate::spline::for_each_weight;
 
@@ -18,58 +19,37 @@ pub struct Embedding<S = f64, const D: usize = 2> {
 }
 
 impl<S: Scalar, const D: usize> FfdBox<S, D> {
-    /// Embeds points in the undeformed box.
+    /// Embeds points, given as arrays or as `nalgebra` points or vectors, in the undeformed box.
     ///
     /// The parameters are found in `f64` by bracketed Newton, to a residual of at most 1e-14 of the diagonal of the
     /// box, and then carry the derivatives of the points and of the box by the implicit function theorem.
     ///
     /// # Errors
-    /// The first point outside of the box.
-    pub fn embed(&self, points: &[[S; D]]) -> Result<Embedding<S, D>, FfdError> {
-        let real_points = self.control_points().iter().map(|p| p.map(|c| c.re())).collect();
+    /// The first point outside of the box. Where derivatives are wanted, the first point at which the box has a singular
+    /// Jacobian, so that its parameters have no derivatives.
+    pub fn embed(&self, points: &[impl Into<[S; D]> + Copy]) -> Result<Embedding<S, D>, FfdError> {
+        let real_points = self.control_points().iter().map(|p| p.map(|c| c.re())).collect::<Vec<_>>();
         let real: FfdBox<f64, D> = self.with_control_points(real_points)?;
         let inversion = Inversion::new(&real);
         let mut parameters = Vec::with_capacity(points.len());
-        let mut map = LinearMap::new(real_count(self));
-        for (index, point) in points.iter().enumerate() {
+        let mut map = LinearMap::new(self.control_points().len());
+        for (index, &point) in points.iter().enumerate() {
+            let point: [S; D] = point.into();
             let target = point.map(|c| c.re());
             let found = inversion.solve(target);
             let found = found.ok_or_else(|| FfdError::Outside { index, point: target.to_vec() })?;
-            let lifted = self.lift(&real, found, *point);
+            let residual = |u: [S; D]| {
+                let value = self.evaluate(u);
+                std::array::from_fn(|d| value[d] - point[d])
+            };
+            let lifted = lift_roots(found, || real.spline().point_and_jacobian(found).1, residual)
+                .map_err(|_| FfdError::NoDerivative { index, point: target.to_vec() })?;
             for_each_weight(self.spline().axes(), lifted, |column, weight| map.push(column, weight));
             map.end_row();
             parameters.push(lifted);
         }
         Ok(Embedding { parameters, map })
     }
-
-    /// Carries derivatives through the solution of `box(u) = point`.
-    fn lift(&self, real: &FfdBox<f64, D>, found: [f64; D], point: [S; D]) -> [S; D] {
-        let mut u = found.map(S::from);
-        if S::NDERIV == 0 {
-            return u;
-        }
-        let (_, jacobian) = real.spline().point_and_jacobian(found);
-        // columns of the inverse Jacobian
-        let inverse: [Option<[f64; D]>; D] =
-            std::array::from_fn(|d| solve_small(&jacobian, std::array::from_fn(|e| f64::from(u8::from(e == d)))));
-        for _ in 0..S::NDERIV {
-            let value = self.evaluate(u);
-            for d in 0..D {
-                // only the nilpotent part: the real part is the round-off of the f64 solution
-                let residual = value[d] - point[d];
-                let residual = residual - residual.re();
-                for k in 0..D {
-                    u[k] -= residual * inverse[d].map_or(0.0, |column| column[k]);
-                }
-            }
-        }
-        u
-    }
-}
-
-fn real_count<S: Scalar, const D: usize>(lattice: &FfdBox<S, D>) -> usize {
-    lattice.control_points().len()
 }
 
 impl<S: Scalar, const D: usize> Embedding<S, D> {
@@ -87,17 +67,22 @@ impl<S: Scalar, const D: usize> Embedding<S, D> {
     ///
     /// # Errors
     /// A wrong number of points or displacements.
-    pub fn deform(&self, points: &[[S; D]], displacements: &[[S; D]]) -> Result<Vec<[S; D]>, FfdError> {
+    pub fn deform(
+        &self,
+        points: &[impl Into<[S; D]> + Copy],
+        displacements: &[impl Into<[S; D]> + Copy],
+    ) -> Result<Vec<[S; D]>, FfdError> {
         for (expected, found) in [(self.map.outputs(), points.len()), (self.map.inputs(), displacements.len())] {
             if expected != found {
                 return Err(FfdError::PointCount { expected, found });
             }
         }
+        let displacements: Vec<[S; D]> = displacements.iter().map(|&d| d.into()).collect();
         let mut moved = vec![[S::from(0.0); D]; points.len()];
-        self.map.add_to(displacements, &mut moved);
-        for (moved, point) in moved.iter_mut().zip(points) {
-            for d in 0..D {
-                moved[d] += point[d];
+        self.map.add_to(&displacements, &mut moved);
+        for (moved, &point) in moved.iter_mut().zip(points) {
+            for (moved, point) in moved.iter_mut().zip(point.into()) {
+                *moved += point;
             }
         }
         Ok(moved)

@@ -1,4 +1,4 @@
-//! What can be wrong with a free-form deformation.
+//! Reasons why a free-form deformation is not set up.
 
 use crate::spline::SplineError;
 
@@ -8,15 +8,15 @@ pub enum FfdError {
     /// The degree and control points of one direction do not go together.
     #[error("box direction {axis} (0 = x): {source}")]
     Direction {
-        /// Direction, 0 for x.
+        /// Number of the direction, 0 for x.
         axis: usize,
-        /// What is wrong.
+        /// The mistake in degree or number of control points.
         source: SplineError,
     },
     /// A range is empty, reversed or not finite.
     #[error("box direction {axis} (0 = x) has the range [{first}, {last}]: it must be finite and increase")]
     Range {
-        /// Direction, 0 for x.
+        /// Number of the direction, 0 for x.
         axis: usize,
         /// Start of the range.
         first: f64,
@@ -31,7 +31,7 @@ pub enum FfdError {
         "the undeformed box is folded at control point {control_point:?}: a neighbouring simplex has measure {measure:.3e}; order the control points so that x × y is positive"
     )]
     Folded {
-        /// Indices of the control point, one a direction.
+        /// Indices of the control point, one per direction.
         control_point: Vec<usize>,
         /// Signed area (volume) of the worst simplex at it.
         measure: f64,
@@ -41,7 +41,17 @@ pub enum FfdError {
     Outside {
         /// Position in the list of points.
         index: usize,
-        /// The point.
+        /// Coordinates of the point.
+        point: Vec<f64>,
+    },
+    /// The parameters of an embedded point have no derivatives, because the Jacobian of the box is singular there.
+    #[error(
+        "point {index} at {point:?} has no derivatives: the Jacobian of the box is singular there; move the control points near it apart"
+    )]
+    NoDerivative {
+        /// Position in the list of points.
+        index: usize,
+        /// Coordinates of the point.
         point: Vec<f64>,
     },
     /// A setting of the fold penalty is out of range.
@@ -49,15 +59,15 @@ pub enum FfdError {
     Setting {
         /// Name of the setting.
         name: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
     },
     /// A list has the wrong length.
     #[error("{expected} points expected, {found} given")]
     PointCount {
-        /// What the map asks for.
+        /// Number of points that the map takes.
         expected: usize,
-        /// What was given.
+        /// Number of points given.
         found: usize,
     },
 }

@@ -1,9 +1,11 @@
 //! Fast evaluation of a box at many parameters.
 
 use super::FfdBox;
+use crate::scalar::Scalar;
 use crate::spline::{KnotVector, TensorSpline};
+use num_dual::Dual64;
 
-/// A box prepared for evaluation in `f64`: one polynomial a cell and direction.
+/// A box prepared for evaluation at many parameters: one polynomial per cell and direction.
 ///
 /// Basis functions are tabulated per span as polynomials about the middle of the span (`s` from −1/2 to 1/2), where
 /// their coefficients are small, so that values are good to round-off; nothing is divided and nothing allocated.
@@ -12,18 +14,18 @@ use crate::spline::{KnotVector, TensorSpline};
 /// use aeroform::ffd::{BoxEvaluator, FfdBox, Placement};
 /// let lattice = FfdBox::rectangular([[0.0, 1.0], [0.0, 1.0]], [5, 5], [3, 3], Placement::Greville).unwrap();
 /// let evaluator = BoxEvaluator::new(&lattice);
-/// let mut points = [[0.0; 2]; 2];
+/// let mut points = [[0.0_f64; 2]; 2];
 /// evaluator.evaluate_many(&[[0.25, 0.5], [1.0, 0.0]], &mut points);
 /// assert!((points[0][0] - 0.25).abs() < 1e-15 && (points[1][0] - 1.0).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone)]
-pub struct BoxEvaluator<const D: usize = 2> {
-    spline: TensorSpline<f64, D, D>,
+pub struct BoxEvaluator<S = f64, const D: usize = 2> {
+    spline: TensorSpline<S, D, D>,
     axes: [AxisTable; D],
-    /// Basis functions a direction, padded to one width for all directions; zero where no kernel is compiled for it.
+    /// Basis functions per direction, padded to one width for all directions; zero where no kernel is compiled for it.
     width: usize,
     /// For each cell `width^D` control points, first direction fastest; the padding is zero.
-    blocks: Vec<[f64; D]>,
+    blocks: Vec<[S; D]>,
 }
 
 /// The spans of one direction and their basis functions.
@@ -67,9 +69,9 @@ impl AxisTable {
 
     /// Basis functions of a span at local coordinate `s`.
     #[inline]
-    fn values<const N: usize>(&self, span: usize, s: f64) -> [f64; N] {
+    fn values<S: Scalar, const N: usize>(&self, span: usize, s: S) -> [S; N] {
         let rows = &self.coefficients[span * N * N..(span + 1) * N * N];
-        let mut value = [0.0; N];
+        let mut value = [S::from(0.0); N];
         for row in rows.chunks_exact(N) {
             for j in 0..N {
                 value[j] = value[j] * s + row[j];
@@ -81,24 +83,18 @@ impl AxisTable {
     /// Basis functions and their derivatives with respect to `s`.
     #[inline]
     fn values_and_slopes<const N: usize>(&self, span: usize, s: f64) -> [[f64; N]; 2] {
-        let rows = &self.coefficients[span * N * N..(span + 1) * N * N];
-        let (mut value, mut slope) = ([0.0; N], [0.0; N]);
-        for row in rows.chunks_exact(N) {
-            for j in 0..N {
-                slope[j] = slope[j] * s + value[j];
-                value[j] = value[j] * s + row[j];
-            }
-        }
-        [value, slope]
+        let both = self.values::<Dual64, N>(span, Dual64::new(s, 1.0));
+        [both.map(|v| v.re), both.map(|v| v.eps)]
     }
 }
 
-impl<const D: usize> BoxEvaluator<D> {
+impl<S: Scalar, const D: usize> BoxEvaluator<S, D> {
     /// Prepares a box, deformed or not.
-    pub fn new(lattice: &FfdBox<f64, D>) -> Self {
+    pub fn new(lattice: &FfdBox<S, D>) -> Self {
         let spline = lattice.spline().clone();
-        let order = lattice.degrees().into_iter().max().map_or(0, |p| p + 1);
-        let width = [2, 3, 4, 5, 6, 8].into_iter().find(|&n| n >= order).unwrap_or(0);
+        let order = lattice.degrees().into_iter().fold(0, |order, p| order.max(p + 1));
+        // no kernel is compiled for wider ones
+        let width = [2, 3, 4, 5, 6, 8].into_iter().find(|&n| n >= order).unwrap_or_default();
         let axes = std::array::from_fn(|k| AxisTable::new(&spline.axes()[k], width));
         let mut result = Self { spline, axes, width, blocks: Vec::new() };
         if width > 0 {
@@ -115,38 +111,25 @@ impl<const D: usize> BoxEvaluator<D> {
         });
         let cells: [usize; D] = std::array::from_fn(|k| starts[k].len());
         for cell in 0..cells.iter().product() {
-            let cell = FfdBox::<f64, D>::unravel(cells, cell);
+            let cell = FfdBox::<S, D>::unravel(cells, cell);
             for slot in 0..self.width.pow(D as u32) {
-                let local = FfdBox::<f64, D>::unravel([self.width; D], slot);
+                let local = FfdBox::<S, D>::unravel([self.width; D], slot);
                 let inside = (0..D).all(|k| local[k] <= self.spline.axes()[k].degree());
                 let index = (0..D).rev().fold(0, |sum, k| sum * counts[k] + starts[k][cell[k]] + local[k]);
-                self.blocks.push(if inside { self.spline.control_points()[index] } else { [0.0; D] });
+                self.blocks.push(if inside { self.spline.control_points()[index] } else { [S::from(0.0); D] });
             }
         }
     }
 
-    /// Number of cells in each direction.
-    pub(super) fn cells(&self) -> [usize; D] {
-        std::array::from_fn(|k| self.axes[k].spans.len())
-    }
-
-    /// Parameters of local coordinates `s` in a cell.
-    pub(super) fn parameters(&self, cell: [usize; D], s: [f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| {
-            let (middle, inverse_length) = self.axes[k].spans[cell[k]];
-            middle + s[k] / inverse_length
-        })
-    }
-
     /// The point of the box at parameters `u`.
-    pub fn evaluate(&self, u: [f64; D]) -> [f64; D] {
-        let mut point = [[0.0; D]];
+    pub fn evaluate(&self, u: [S; D]) -> [S; D] {
+        let mut point = [[S::from(0.0); D]];
         self.evaluate_many(&[u], &mut point);
         point[0]
     }
 
     /// The points of the box at many parameters; the shorter of the two slices ends it.
-    pub fn evaluate_many(&self, parameters: &[[f64; D]], points: &mut [[f64; D]]) {
+    pub fn evaluate_many(&self, parameters: &[[S; D]], points: &mut [[S; D]]) {
         match self.width {
             2 => self.sweep::<2>(parameters, points),
             3 => self.sweep::<3>(parameters, points),
@@ -154,26 +137,36 @@ impl<const D: usize> BoxEvaluator<D> {
             5 => self.sweep::<5>(parameters, points),
             6 => self.sweep::<6>(parameters, points),
             8 => self.sweep::<8>(parameters, points),
-            _ => parameters.iter().zip(points).for_each(|(u, point)| *point = self.spline.point_at(*u)),
+            _ => parameters.iter().zip(points).for_each(|(u, point)| *point = self.spline.evaluate(*u)),
         }
     }
 
-    fn sweep<const N: usize>(&self, parameters: &[[f64; D]], points: &mut [[f64; D]]) {
+    fn sweep<const N: usize>(&self, parameters: &[[S; D]], points: &mut [[S; D]]) {
         for (u, point) in parameters.iter().zip(points) {
-            let cell: [usize; D] = std::array::from_fn(|k| self.axes[k].span(u[k]));
-            let weights: [[f64; N]; D] = std::array::from_fn(|k| {
+            let cell: [usize; D] = std::array::from_fn(|k| self.axes[k].span(u[k].re()));
+            let weights: [[S; N]; D] = std::array::from_fn(|k| {
                 let (middle, inverse_length) = self.axes[k].spans[cell[k]];
-                self.axes[k].values::<N>(cell[k], (u[k] - middle) * inverse_length)
+                self.axes[k].values::<S, N>(cell[k], (u[k] - middle) * inverse_length)
             });
             *point = contract(self.block::<N>(cell), &weights);
         }
     }
 
     #[inline]
-    fn block<const N: usize>(&self, cell: [usize; D]) -> &[[f64; D]] {
+    fn block<const N: usize>(&self, cell: [usize; D]) -> &[[S; D]] {
         let index = (0..D).rev().fold(0, |sum, k| sum * self.axes[k].spans.len() + cell[k]);
         let size = N.pow(D as u32);
         &self.blocks[index * size..(index + 1) * size]
+    }
+}
+
+impl<const D: usize> BoxEvaluator<f64, D> {
+    /// Parameters of local coordinates `s` in a cell.
+    pub(super) fn parameters(&self, cell: [usize; D], s: [f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| {
+            let (middle, inverse_length) = self.axes[k].spans[cell[k]];
+            middle + s[k] / inverse_length
+        })
     }
 
     /// Point and derivatives with respect to the local coordinates `s` (`jacobian[k]` along direction k) of the
@@ -217,16 +210,16 @@ impl<const D: usize> BoxEvaluator<D> {
 
 /// Σ over the block of the control points times the product of the weights of each direction.
 #[inline]
-fn contract<const N: usize, const D: usize>(block: &[[f64; D]], weights: &[[f64; N]; D]) -> [f64; D] {
-    let mut sum = [0.0; D];
+fn contract<S: Scalar, const N: usize, const D: usize>(block: &[[S; D]], weights: &[[S; N]; D]) -> [S; D] {
+    let mut sum = [S::from(0.0); D];
     for (outer, row) in block.chunks_exact(N).enumerate() {
-        let mut along = [0.0; D];
+        let mut along = [S::from(0.0); D];
         for (weight, control) in weights[0].iter().zip(row) {
             for d in 0..D {
-                along[d] += control[d] * weight;
+                along[d] += control[d] * *weight;
             }
         }
-        let mut weight = 1.0;
+        let mut weight = S::from(1.0);
         let mut rest = outer;
         for row in &weights[1..] {
             weight *= row[rest % N];
@@ -271,10 +264,14 @@ mod tests {
                 ([u, v][k] - middle) * inverse
             });
             let (point, local) = evaluator.cell_point_and_jacobian(cell, s);
+            let net = lattice.control_points().iter().map(|p| p.map(Dual64::from)).collect();
+            let dual = BoxEvaluator::new(&lattice.with_control_points(net).unwrap());
+            let along: [[Dual64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]].map(|e| dual.evaluate([Dual64::new(u, e[0]), Dual64::new(v, e[1])]));
             for d in 0..2 {
                 prop_assert!((point[d] - exact[d]).abs() < 4e-15);
                 for k in 0..2 {
-                    prop_assert!((local[k][d] * evaluator.axes[k].spans[cell[k]].1 - jacobian[k][d]).abs() < 1e-12);
+                    let slope = local[k][d] * evaluator.axes[k].spans[cell[k]].1;
+                    prop_assert!((slope - jacobian[k][d]).abs() < 1e-12 && (slope - along[k][d].eps).abs() < 1e-12);
                 }
             }
         }

@@ -5,7 +5,7 @@
 //! falls to zero. In space the same formulas hold with volumes of tetrahedra.
 
 use super::FfdError;
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use nalgebra::DMatrix;
 use num_dual::{Dual2SVec64, DualSVec64};
 use smallvec::SmallVec;
@@ -43,7 +43,7 @@ impl FoldPenalty {
     ///
     /// # Errors
     /// Settings that are not positive and finite.
-    pub fn on<const D: usize>(self, lattice: &super::FfdBox<f64, D>) -> Result<BoxPenalty<D>, FfdError> {
+    pub fn on<S: Scalar, const D: usize>(self, lattice: &super::FfdBox<S, D>) -> Result<BoxPenalty<S, D>, FfdError> {
         for (name, value) in [("alpha", self.sharpness), ("epsilon", self.epsilon)] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(FfdError::Setting { name, value });
@@ -59,14 +59,12 @@ impl FoldPenalty {
 /// ordered as the axes are.
 fn simplex_measure<S: Scalar, const D: usize>(origin: [S; D], neighbours: [[S; D]; D]) -> S {
     let edge: [[S; D]; D] = std::array::from_fn(|k| std::array::from_fn(|d| neighbours[k][d] - origin[d]));
-    match D {
-        2 => (edge[0][0] * edge[1][1] - edge[0][1] * edge[1][0]) * 0.5,
-        3 => {
-            let minor = |a: usize, b: usize| edge[1][a] * edge[2][b] - edge[1][b] * edge[2][a];
-            (edge[0][0] * minor(1, 2) + edge[0][1] * minor(2, 0) + edge[0][2] * minor(0, 1)) / 6.0
-        }
-        _ => unreachable!("boxes have two or three dimensions"),
+    const { assert!(D == 2 || D == 3, "boxes have two or three dimensions") };
+    if D == 2 {
+        return (edge[0][0] * edge[1][1] - edge[0][1] * edge[1][0]) * 0.5;
     }
+    let minor = |a: usize, b: usize| edge[1][a] * edge[2][b] - edge[1][b] * edge[2][a];
+    (edge[0][0] * minor(1, 2) + edge[0][1] * minor(2, 0) + edge[0][2] * minor(0, 1)) / 6.0
 }
 
 /// A control point with the simplices it spans with its neighbours.
@@ -146,7 +144,7 @@ pub(super) fn smallest_simplex<const D: usize>(counts: &[usize; D], net: &[[f64;
     worst
 }
 
-/// What the penalty sees of a deformed net.
+/// Whether, and where, a deformed net is folded or close to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FoldReport {
     /// The smallest indicator m of equation (1), with the smooth minimum of equation (4).
@@ -157,12 +155,12 @@ pub struct FoldReport {
     pub folded: bool,
 }
 
-/// The fold penalty of one box.
+/// The fold penalty of one box, which may be of any scalar.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BoxPenalty<const D: usize = 2> {
+pub struct BoxPenalty<S = f64, const D: usize = 2> {
     settings: FoldPenalty,
     stars: Vec<Star<D>>,
-    initial: Vec<Measures<f64>>,
+    initial: Vec<Measures<S>>,
 }
 
 /// Equation (3): η(m) = erfc(10 m) (1/4 − m/2).
@@ -170,8 +168,8 @@ pub fn penalty_of_indicator<S: Scalar>(indicator: S) -> S {
     (indicator * 10.0).erfc() * (indicator * -0.5 + 0.25)
 }
 
-impl<const D: usize> BoxPenalty<D> {
-    /// The settings.
+impl<S: Scalar, const D: usize> BoxPenalty<S, D> {
+    /// The settings that the penalty was made with.
     pub fn settings(&self) -> FoldPenalty {
         self.settings
     }
@@ -181,25 +179,23 @@ impl<const D: usize> BoxPenalty<D> {
     /// Interior points: singular where the sum of the areas (the area enclosed by the four neighbours) vanishes.
     /// Edge points: |A| has a kink at A = 0, as printed; the normalised variant rounds it off within 1e-3 of the
     /// undeformed area.
-    fn indicator<S: Scalar>(&self, index: usize, measures: &[S]) -> S {
+    fn indicator<T: Over<S>>(&self, index: usize, measures: &[T]) -> T {
         let initial = &self.initial[index];
         let FoldPenalty { sharpness, epsilon, normalised } = self.settings;
         let area = |i: usize| if normalised { measures[i] / initial[i] } else { measures[i] };
-        let reference = |i: usize| if normalised { 1.0 } else { initial[i] };
         let n = measures.len();
         if n == 1 {
             return measures[0] / initial[0];
         }
         // nested pairwise
-        let mut level: SmallVec<[S; 4]> = (0..n).map(area).collect();
+        let mut level: SmallVec<[T; 4]> = (0..n).map(area).collect();
         while level.len() > 1 {
             level = level.chunks(2).map(|pair| pair[0].smooth_minimum(pair[1], sharpness)).collect();
         }
-        let sum: S = if n == 1 << D {
-            (0..n).map(area).sum()
-        } else {
-            let magnitude = |a: S| if normalised { (a * a + 1e-6).sqrt() } else { num_traits::Signed::abs(&a) };
-            (0..n).map(|i| magnitude(area(i)) + epsilon * reference(i)).sum()
+        let sum: T = match n == 1 << D {
+            true => (0..n).map(area).sum(),
+            false if normalised => (0..n).map(|i| (area(i).squared() + 1e-6).sqrt() + epsilon).sum(),
+            false => (0..n).map(|i| num_traits::Signed::abs(&area(i)) + initial[i] * epsilon).sum(),
         };
         level[0] * n as f64 / sum
     }
@@ -207,11 +203,20 @@ impl<const D: usize> BoxPenalty<D> {
     /// The penalty: the sum of η(m) over all control points.
     ///
     /// `net` holds the deformed control points, as many as the box has.
-    pub fn value<S: Scalar>(&self, net: &[[S; D]]) -> S {
+    pub fn value<T: Over<S>>(&self, net: &[[T; D]]) -> T {
         let terms = self.stars.iter().enumerate();
         terms.map(|(index, star)| penalty_of_indicator(self.indicator(index, &star.measures(net)))).sum()
     }
 
+    /// Equation (1) for the control point at a position in the list, which must be below the number of control points.
+    ///
+    /// As long as every indicator of a net is positive the net has not folded.
+    pub fn indicator_at<T: Over<S>>(&self, index: usize, net: &[[T; D]]) -> T {
+        self.indicator(index, &self.stars[index].measures(net))
+    }
+}
+
+impl<const D: usize> BoxPenalty<f64, D> {
     /// Smallest indicator and whether the net is folded.
     pub fn report(&self, net: &[[f64; D]]) -> FoldReport {
         let mut report = FoldReport { smallest_indicator: f64::INFINITY, control_point: 0, folded: false };
@@ -285,14 +290,8 @@ impl<const D: usize> BoxPenalty<D> {
         value.re
     }
 
-    /// Equation (1) for the control point at a position in the list, which must be below the number of control points.
-    ///
-    /// As long as every indicator of a net is positive the net has not folded.
-    pub fn indicator_at<S: Scalar>(&self, index: usize, net: &[[S; D]]) -> S {
-        self.indicator(index, &self.stars[index].measures(net))
-    }
-
-    /// The same; adds `factor` times its derivative with respect to every control point to `gradient`.
+    /// The indicator of [`indicator_at`](Self::indicator_at); adds `factor` times its derivative with respect to every
+    /// control point to `gradient`.
     pub fn indicator_and_gradient(
         &self,
         index: usize,
@@ -319,7 +318,7 @@ impl Star<2> {
     }
 }
 
-impl BoxPenalty<2> {
+impl BoxPenalty<f64> {
     /// Adds Σ ∇A ∇Aᵀ / A₀² over all triangles to `metric` (rows as in [`add_hessian`](Self::add_hessian)): the squared
     /// relative change of the areas, a measure of how far a movement of the net distorts it.
     pub fn add_distortion(&self, net: &[[f64; 2]], metric: &mut DMatrix<f64>) {

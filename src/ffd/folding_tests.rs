@@ -13,7 +13,7 @@ fn shaken(lattice: &FfdBox<f64>, size: f64) -> Vec<[f64; 2]> {
     moved.map(|(i, p)| [p[0] + 4.0 * size * (12.9 * i as f64).sin(), p[1] + size * (78.2 * i as f64).cos()]).collect()
 }
 
-struct Total<'a>(&'a BoxPenalty<2>);
+struct Total<'a>(&'a BoxPenalty);
 impl Function for Total<'_> {
     type Error = std::convert::Infallible;
     fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<S, Self::Error> {

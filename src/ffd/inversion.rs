@@ -6,7 +6,9 @@
 //! is left is halved until Newton converges inside its bracket.
 
 use super::{BoxEvaluator, FfdBox};
-use crate::spline::KnotVector;
+use crate::spline::{blossom, for_each_index, halve};
+use nalgebra::{SMatrix, SVector};
+use std::iter::repeat_n;
 
 /// Newton steps tried from one starting point.
 const STEPS: usize = 16;
@@ -17,10 +19,13 @@ const TOLERANCE: f64 = 1e-14;
 /// How far beyond its cell, in cells, Newton may end: a point on a boundary may fall on either side.
 const MARGIN: f64 = 1e-9;
 
+/// A knot span that is not empty: index, start and end.
+type Span = (usize, f64, f64);
+
 /// A box prepared for finding the parameters of points.
 pub(super) struct Inversion<'a, const D: usize> {
     lattice: &'a FfdBox<f64, D>,
-    evaluator: BoxEvaluator<D>,
+    evaluator: BoxEvaluator<f64, D>,
     cells: Vec<Patch<D>>,
     diagonal: f64,
 }
@@ -42,11 +47,13 @@ impl<'a, const D: usize> Inversion<'a, D> {
         let evaluator = BoxEvaluator::new(lattice);
         let (low, high) = bounds(lattice.control_points());
         let diagonal = (0..D).map(|d| (high[d] - low[d]).powi(2)).sum::<f64>().sqrt();
-        let counts = evaluator.cells();
+        let spans: [Vec<Span>; D] = std::array::from_fn(|k| lattice.spline().axes()[k].spans().collect());
+        let counts: [usize; D] = std::array::from_fn(|k| spans[k].len());
         let cells = (0..counts.iter().product())
             .map(|index| {
                 let cell = FfdBox::<f64, D>::unravel(counts, index);
-                Patch::new(cell, bezier_net(lattice, cell), [-0.5; D], [0.5; D])
+                let net = bezier_net(lattice, std::array::from_fn(|k| spans[k][cell[k]]));
+                Patch::new(cell, net, [-0.5; D], [0.5; D])
             })
             .collect();
         Self { lattice, evaluator, cells, diagonal }
@@ -86,7 +93,7 @@ impl<'a, const D: usize> Inversion<'a, D> {
         let mut last_step = f64::INFINITY;
         for _ in 0..STEPS {
             let (value, jacobian) = self.evaluator.cell_point_and_jacobian(patch.cell, s);
-            let step = solve_small(&jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
+            let step = newton_step(jacobian, std::array::from_fn(|d| value[d] - point[d]))?;
             let mut size = 0.0f64;
             for k in 0..D {
                 s[k] -= step[k];
@@ -119,7 +126,7 @@ impl<'a, const D: usize> Inversion<'a, D> {
                 break;
             }
             (best, smallest) = (u, size);
-            let step = solve_small(&jacobian, residual)?;
+            let step = newton_step(jacobian, residual)?;
             u = std::array::from_fn(|k| (u[k] - step[k]).clamp(0.0, 1.0));
         }
         (smallest <= TOLERANCE * self.diagonal).then_some(best)
@@ -148,19 +155,12 @@ impl<const D: usize> Patch<D> {
         let orders = degrees.map(|p| p + 1);
         let stride: usize = orders[..axis].iter().product();
         let (mut left, mut right) = (self.net.clone(), self.net.clone());
-        for start in 0..self.net.len() {
-            if !(start / stride).is_multiple_of(orders[axis]) {
-                continue;
+        for start in (0..self.net.len()).filter(|i| (i / stride).is_multiple_of(orders[axis])) {
+            let mut line: Vec<[f64; D]> = (0..orders[axis]).map(|j| self.net[start + j * stride]).collect();
+            let rest = halve(&mut line, |a, b| std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
+            for j in 0..orders[axis] {
+                (left[start + j * stride], right[start + j * stride]) = (line[j], rest[j]);
             }
-            let n = orders[axis];
-            for level in 1..n {
-                for j in (level..n).rev() {
-                    let (a, b) = (left[start + (j - 1) * stride], left[start + j * stride]);
-                    left[start + j * stride] = std::array::from_fn(|d| 0.5 * (a[d] + b[d]));
-                }
-                right[start + (n - 1 - level) * stride] = left[start + (n - 1) * stride];
-            }
-            right[start + (n - 1) * stride] = self.net[start + (n - 1) * stride];
         }
         let middle = 0.5 * (self.low[axis] + self.high[axis]);
         let (mut high, mut low) = (self.high, self.low);
@@ -182,40 +182,17 @@ fn bounds<const D: usize>(points: &[[f64; D]]) -> ([f64; D], [f64; D]) {
     (low, high)
 }
 
-/// Solves `Σ_k x_k columns[k] = right` for `D` unknowns by Gaussian elimination with pivoting.
-pub(super) fn solve_small<const D: usize>(columns: &[[f64; D]; D], right: [f64; D]) -> Option<[f64; D]> {
-    let mut rows: [[f64; D]; D] = std::array::from_fn(|d| std::array::from_fn(|k| columns[k][d]));
-    let mut b = right;
-    for k in 0..D {
-        let pivot = (k..D).fold(k, |best, r| if rows[r][k].abs() > rows[best][k].abs() { r } else { best });
-        if !(rows[pivot][k].abs() > 0.0) {
-            return None;
-        }
-        rows.swap(k, pivot);
-        b.swap(k, pivot);
-        for r in k + 1..D {
-            let factor = rows[r][k] / rows[k][k];
-            for c in k..D {
-                rows[r][c] -= factor * rows[k][c];
-            }
-            b[r] -= factor * b[k];
-        }
-    }
-    for k in (0..D).rev() {
-        for c in k + 1..D {
-            b[k] -= rows[k][c] * b[c];
-        }
-        b[k] /= rows[k][k];
-    }
-    b.iter().all(|v| v.is_finite()).then_some(b)
+/// The step of Newton's method, where there is one.
+fn newton_step<const D: usize>(jacobian: [[f64; D]; D], residual: [f64; D]) -> Option<[f64; D]> {
+    let step = SMatrix::<f64, D, D>::from(jacobian).try_inverse()? * SVector::from(residual);
+    step.iter().all(|v| v.is_finite()).then_some(step.into())
 }
 
 /// Bézier control points of one cell: the blossom of the B-spline at the ends of the cell, direction by direction.
-fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, cell: [usize; D]) -> Vec<[f64; D]> {
+fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, spans: [Span; D]) -> Vec<[f64; D]> {
     let axes = lattice.spline().axes();
-    let spans: [_; D] = std::array::from_fn(|k| axes[k].spans().nth(cell[k]).unwrap_or((0, 0.0, 1.0)));
     let mut net = Vec::new();
-    crate::spline::for_each_index(axes, std::array::from_fn(|k| spans[k].0), |index, _| {
+    for_each_index(axes, std::array::from_fn(|k| spans[k].0), |index, _| {
         net.push(lattice.control_points()[index]);
     });
     let orders: [usize; D] = std::array::from_fn(|k| axes[k].degree() + 1);
@@ -223,32 +200,16 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, cell: [usize; D]) -> Vec
         let stride: usize = orders[..k].iter().product();
         for start in (0..net.len()).filter(|i| (i / stride).is_multiple_of(orders[k])) {
             let line: Vec<[f64; D]> = (0..orders[k]).map(|j| net[start + j * stride]).collect();
-            for (ends, slot) in (0..orders[k]).enumerate() {
-                net[start + slot * stride] = blossom(&axes[k], spans[k], &line, ends);
+            for ends in 0..orders[k] {
+                let (span, first, last) = spans[k];
+                let arguments = repeat_n(last, ends).chain(repeat_n(first, orders[k] - 1 - ends));
+                let weights = blossom(&axes[k], span, arguments);
+                net[start + ends * stride] =
+                    std::array::from_fn(|d| line.iter().zip(&weights).map(|(point, weight)| point[d] * weight).sum());
             }
         }
     }
     net
-}
-
-/// The blossom with `ends` arguments at the end of the span and the rest at its start.
-fn blossom<const D: usize>(
-    knots: &KnotVector,
-    (span, first, last): (usize, f64, f64),
-    line: &[[f64; D]],
-    ends: usize,
-) -> [f64; D] {
-    let p = knots.degree();
-    let mut d = line.to_vec();
-    for level in 1..=p {
-        let argument = if level <= ends { last } else { first };
-        for j in (level..=p).rev() {
-            let (left, right) = (knots.as_slice()[span - p + j], knots.as_slice()[span + j + 1 - level]);
-            let t = (argument - left) / (right - left);
-            d[j] = std::array::from_fn(|c| (1.0 - t) * d[j - 1][c] + t * d[j][c]);
-        }
-    }
-    d[p]
 }
 
 #[cfg(test)]

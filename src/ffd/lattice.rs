@@ -35,18 +35,19 @@ pub struct FfdBox<S, const D: usize = 2> {
     spline: TensorSpline<S, D, D>,
 }
 
-impl<const D: usize> FfdBox<f64, D> {
-    /// A box over `ranges` (`[first, last]` a direction) with `counts` control points and `degrees`.
+impl<S: Scalar, const D: usize> FfdBox<S, D> {
+    /// A box over `ranges` (`[first, last]` per direction) with `counts` control points and `degrees`, one number of each
+    /// per direction.
     ///
     /// # Errors
     /// Empty or reversed ranges, a degree of zero, or not more control points than the degree.
     pub fn rectangular(
-        ranges: [[f64; 2]; D],
+        ranges: [[S; 2]; D],
         counts: [usize; D],
         degrees: [usize; D],
         placement: Placement,
     ) -> Result<Self, FfdError> {
-        for (axis, [first, last]) in ranges.into_iter().enumerate() {
+        for (axis, [first, last]) in ranges.map(|range| range.map(|end| end.re())).into_iter().enumerate() {
             if !(first.is_finite() && last.is_finite() && first < last) {
                 return Err(FfdError::Range { axis, first, last });
             }
@@ -60,7 +61,7 @@ impl<const D: usize> FfdBox<f64, D> {
                     let [first, last] = ranges[d];
                     let t = fractions[d][local[d]];
                     // exact at both ends
-                    if t == 1.0 { last } else { first + t * (last - first) }
+                    if t == 1.0 { last } else { first + (last - first) * t }
                 })
             })
             .collect();
@@ -68,12 +69,12 @@ impl<const D: usize> FfdBox<f64, D> {
     }
 
     /// A box whose undeformed net is multilinear between `2^D` corners, first direction fastest (in the plane:
-    /// lower front, lower rear, upper front, upper rear).
+    /// lower front, lower rear, upper front, upper rear). Corners are arrays, or `nalgebra` points or vectors.
     ///
     /// # Errors
     /// As [`rectangular`](Self::rectangular), a wrong number of corners, or corners that fold the net.
     pub fn from_corners(
-        corners: &[[f64; D]],
+        corners: &[impl Into<[S; D]> + Copy],
         counts: [usize; D],
         degrees: [usize; D],
         placement: Placement,
@@ -86,16 +87,16 @@ impl<const D: usize> FfdBox<f64, D> {
         let points = (0..counts.iter().product())
             .map(|index| {
                 let local = Self::unravel(counts, index);
-                let mut point = [0.0; D];
-                for (corner, position) in corners.iter().enumerate() {
+                let mut point = [S::from(0.0); D];
+                for (corner, &position) in corners.iter().enumerate() {
                     let weight: f64 = (0..D)
                         .map(|d| {
                             let t = fractions[d][local[d]];
                             if corner >> d & 1 == 1 { t } else { 1.0 - t }
                         })
                         .product();
-                    for d in 0..D {
-                        point[d] += weight * position[d];
+                    for (sum, c) in point.iter_mut().zip(position.into()) {
+                        *sum += c * weight;
                     }
                 }
                 point
@@ -104,22 +105,23 @@ impl<const D: usize> FfdBox<f64, D> {
         Self::from_spline(axes, points)
     }
 
-    /// A box with any undeformed control points, first direction fastest.
+    /// A box with any undeformed control points (arrays, or `nalgebra` points or vectors), first direction fastest.
     ///
     /// # Errors
     /// As [`rectangular`](Self::rectangular), a wrong number of control points, one that is not finite, or a net that is
     /// folded.
     pub fn from_control_points(
-        points: Vec<[f64; D]>,
+        points: Vec<impl Into<[S; D]>>,
         counts: [usize; D],
         degrees: [usize; D],
     ) -> Result<Self, FfdError> {
-        Self::from_spline(Self::axes(counts, degrees)?, points)
+        Self::from_spline(Self::axes(counts, degrees)?, points.into_iter().map(Into::into).collect())
     }
 
-    fn from_spline(axes: [KnotVector; D], points: Vec<[f64; D]>) -> Result<Self, FfdError> {
+    fn from_spline(axes: [KnotVector; D], points: Vec<[S; D]>) -> Result<Self, FfdError> {
         let spline = TensorSpline::new(axes, points).map_err(FfdError::ControlPoints)?;
-        let (index, measure) = folding::smallest_simplex(&spline.counts(), spline.control_points());
+        let real: Vec<[f64; D]> = spline.control_points().iter().map(|p| p.map(|c| c.re())).collect();
+        let (index, measure) = folding::smallest_simplex(&spline.counts(), &real);
         if !(measure > 0.0) {
             let control_point = Self::unravel(spline.counts(), index).to_vec();
             return Err(FfdError::Folded { control_point, measure });
@@ -146,15 +148,13 @@ impl<const D: usize> FfdBox<f64, D> {
             }
         })
     }
-}
 
-impl<S: Scalar, const D: usize> FfdBox<S, D> {
-    /// The B-spline map.
+    /// The B-spline map from parameters in [0, 1] to space.
     pub fn spline(&self) -> &TensorSpline<S, D, D> {
         &self.spline
     }
 
-    /// The control points, first direction fastest.
+    /// The control points, the first direction running fastest.
     pub fn control_points(&self) -> &[[S; D]] {
         self.spline.control_points()
     }
@@ -164,16 +164,16 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
         self.spline.counts()
     }
 
-    /// Degree in each direction.
+    /// Polynomial degree in each direction.
     pub fn degrees(&self) -> [usize; D] {
         std::array::from_fn(|axis| self.spline.axes()[axis].degree())
     }
 
-    /// The same box with other control points, which may be folded and of any scalar.
+    /// A box with the degrees and knots of this one and other control points, which may be folded and of any scalar.
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn with_control_points<T: Scalar>(&self, points: Vec<[T; D]>) -> Result<FfdBox<T, D>, FfdError> {
+    pub fn with_control_points<T: Scalar>(&self, points: Vec<impl Into<[T; D]>>) -> Result<FfdBox<T, D>, FfdError> {
         Ok(FfdBox { spline: self.spline.with_control_points(points).map_err(FfdError::ControlPoints)? })
     }
 
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn greville_placement_is_the_identity() {
-        let range = [[-0.1, 1.1], [-0.15, 0.15]];
+        let range: [[f64; 2]; 2] = [[-0.1, 1.1], [-0.15, 0.15]];
         let lattice = FfdBox::rectangular(range, [7, 5], [4, 2], Placement::Greville).unwrap();
         for u in [[0.2, 0.7], [0.0, 1.0], [0.9, 0.33]] {
             let x = lattice.evaluate(u);
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn corners_of_a_rectangle_make_the_rectangle() {
-        let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [2.0, 1.0]];
+        let corners: [[f64; 2]; 4] = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [2.0, 1.0]];
         let a = FfdBox::from_corners(&corners, [4, 3], [3, 2], Placement::Even).unwrap();
         let b = FfdBox::rectangular([[0.0, 2.0], [0.0, 1.0]], [4, 3], [3, 2], Placement::Even).unwrap();
         for (p, q) in a.control_points().iter().zip(b.control_points()) {
@@ -221,7 +221,7 @@ mod tests {
         let lattice =
             FfdBox::rectangular([[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]], [3, 4, 2], [2, 3, 1], Placement::Greville)
                 .unwrap();
-        let x = lattice.evaluate([0.25, 0.5, 0.75]);
+        let x: [f64; 3] = lattice.evaluate([0.25, 0.5, 0.75]);
         assert!((x[0] - 0.25).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15 && (x[2] - 2.25).abs() < 1e-15);
     }
 

@@ -31,12 +31,12 @@ impl<S: Scalar> LinearMap<S> {
         self.starts.push(self.columns.len());
     }
 
-    /// Number of inputs (columns).
+    /// Number of inputs, the columns of the matrix.
     pub fn inputs(&self) -> usize {
         self.inputs
     }
 
-    /// Number of outputs (rows).
+    /// Number of outputs, the rows of the matrix.
     pub fn outputs(&self) -> usize {
         self.starts.len() - 1
     }
@@ -71,7 +71,7 @@ impl<S: Scalar> LinearMap<S> {
 }
 
 impl LinearMap<f64> {
-    /// The same constant map over another scalar.
+    /// This constant map over another scalar.
     pub fn lifted<S: Scalar>(&self) -> LinearMap<S> {
         LinearMap {
             starts: self.starts.clone(),

@@ -1,6 +1,7 @@
 //! [`Section`]: the closed curve every other part of the crate works on.
 
 use super::SectionError;
+use crate::plane::distance;
 use crate::scalar::Scalar;
 use crate::spline::BSplineCurve;
 use std::fmt::Write;
@@ -53,14 +54,14 @@ impl<S: Scalar> Section<S> {
             return Err(SectionError::NoseParameter { parameter: nose });
         }
         let section = Self { curve, trailing_edge, nose, name: name.into() };
-        let [a, b] = section.trailing_edge_points().map(|p| p.map(|c| c.re()));
+        let [a, b]: [[f64; 2]; 2] = section.trailing_edge_points().map(|p| p.map(|c| c.re()));
         if trailing_edge == TrailingEdge::Sharp && a != b {
-            return Err(SectionError::OpenTrailingEdge { gap: (a[0] - b[0]).hypot(a[1] - b[1]) });
+            return Err(SectionError::OpenTrailingEdge { gap: distance(a, b) });
         }
         Ok(section)
     }
 
-    /// The curve.
+    /// The curve of the outline, without the base of a blunt trailing edge.
     pub fn curve(&self) -> &BSplineCurve<S> {
         &self.curve
     }
@@ -75,7 +76,7 @@ impl<S: Scalar> Section<S> {
         self.nose
     }
 
-    /// What the section is called.
+    /// Name of the section, such as "NACA 2412" or the title of its file.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -93,7 +94,7 @@ impl<S: Scalar> Section<S> {
         [points[0], points[points.len() - 1]]
     }
 
-    /// The same section with another name.
+    /// This section under another name.
     pub fn with_name(mut self, name: impl Into<Arc<str>>) -> Self {
         self.name = name.into();
         self
@@ -103,11 +104,11 @@ impl<S: Scalar> Section<S> {
     ///
     /// # Errors
     /// A wrong number of control points, one that is not finite, or a sharp trailing edge torn open.
-    pub fn with_control_points<T: Scalar>(&self, points: Vec<[T; 2]>) -> Result<Section<T>, SectionError> {
+    pub fn with_control_points<T: Scalar>(&self, points: Vec<impl Into<[T; 2]>>) -> Result<Section<T>, SectionError> {
         Section::new(self.curve.with_control_points(points)?, self.trailing_edge, self.nose, Arc::clone(&self.name))
     }
 
-    /// The section of the real parts.
+    /// The section over `f64` whose control points are the real parts of these.
     pub fn real(&self) -> Section<f64> {
         Section {
             curve: self.curve.real(),

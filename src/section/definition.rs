@@ -39,7 +39,7 @@ impl SectionDefinition {
     /// NACA sections are blunt unless told otherwise, as printed in the reports.
     ///
     /// # Errors
-    /// What is wrong with the text or the file.
+    /// A text that names no section, or a file that cannot be read or holds none.
     pub fn parse(text: &str) -> Result<Self, SectionError> {
         let text = text.trim();
         let lower = text.to_ascii_lowercase();
@@ -76,7 +76,7 @@ impl SectionDefinition {
         }
     }
 
-    /// The same definition, built with another number of control points.
+    /// This definition, built with another number of control points.
     ///
     /// Analytic sections take an odd number (101 unless told), so that the nose is a data point; coordinates are then
     /// fitted by least squares instead of interpolated.
@@ -94,7 +94,7 @@ impl SectionDefinition {
         Ok(self)
     }
 
-    /// What the section is called.
+    /// Name of the section, such as "NACA 2412" or the title of its file.
     pub fn name(&self) -> &str {
         match self {
             Self::Naca4(naca) => naca.name(),
@@ -134,7 +134,7 @@ impl SectionDefinition {
         match self {
             Self::Naca4(naca) => naca.build(parameters),
             Self::Naca5(naca) => naca.build(parameters),
-            Self::Kulfan(kulfan) => kulfan.build(parameters),
+            Self::Kulfan(kulfan) => kulfan.build_listed(parameters),
             Self::Coordinates(coordinates) if parameters.is_empty() => {
                 let section = coordinates.section()?;
                 let points = section.curve().control_points().iter().map(|p| p.map(S::from)).collect();

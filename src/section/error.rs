@@ -1,4 +1,4 @@
-//! What can be wrong with a section.
+//! Reasons why a section is not built, read or measured.
 
 use crate::spline::SplineError;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ pub enum SectionError {
          or the path of a coordinate file"
     )]
     UnknownShape {
-        /// The text given.
+        /// Text that was given.
         text: String,
     },
     /// A NACA designation outside of the four- and five-digit series.
@@ -22,29 +22,29 @@ pub enum SectionError {
          reflexed 2 to 5) section"
     )]
     UnknownDesignation {
-        /// The designation given.
+        /// Designation that was given.
         designation: String,
     },
     /// A key of a Kulfan description that is not known, or one that is missing or stands twice.
     #[error("Kulfan section: key '{key}' is {problem}; keys are upper, lower (both needed), gap, class")]
     KulfanKey {
-        /// The key.
+        /// Name of the key.
         key: String,
-        /// What is wrong with it.
+        /// The mistake in the key.
         problem: KeyProblem,
     },
     /// Text that should be a number.
     #[error("'{text}' is not a finite number")]
     NotANumber {
-        /// The text.
+        /// Text that was read.
         text: String,
     },
     /// A wrong number of build parameters.
     #[error("the section has {expected} parameters, {found} were given")]
     ParameterCount {
-        /// How many the definition lists.
+        /// Number of parameters that the definition lists.
         expected: usize,
-        /// How many came.
+        /// Number of parameters given.
         found: usize,
     },
     /// A build parameter outside of the range in which the shape exists.
@@ -52,11 +52,11 @@ pub enum SectionError {
     ParameterOutOfRange {
         /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
-        /// Open lower bound.
+        /// Bound that the value must exceed.
         lower: f64,
-        /// Open upper bound.
+        /// Bound that the value must stay below.
         upper: f64,
     },
     /// A number of control points that the definition cannot be built with.
@@ -64,21 +64,21 @@ pub enum SectionError {
         "{found} control points: an analytic section needs an odd number from {least} to {most}, so that the nose is a data point"
     )]
     ControlPointCount {
-        /// The number asked for.
+        /// Number of control points that was asked for.
         found: usize,
-        /// The smallest number.
+        /// Smallest number of control points.
         least: usize,
-        /// The largest number.
+        /// Largest number of control points.
         most: usize,
     },
     /// A number of control points that coordinates cannot be fitted with.
     #[error("{found} control points, between {least} and the number of points, {most}, are possible")]
     FitControlPoints {
-        /// The number asked for.
+        /// Number of control points that was asked for.
         found: usize,
-        /// The smallest number.
+        /// Smallest number of control points.
         least: usize,
-        /// The largest number.
+        /// Largest number of control points.
         most: usize,
     },
     /// A sharp trailing edge whose two end control points differ.
@@ -90,23 +90,23 @@ pub enum SectionError {
     /// The nose parameter does not lie inside the domain of the curve.
     #[error("nose parameter {parameter} is not inside the domain of the curve")]
     NoseParameter {
-        /// The parameter.
+        /// Nose parameter that was given.
         parameter: f64,
     },
     /// A coordinate file that could not be read.
     #[error("cannot read {}: {kind}", path.display())]
     Read {
-        /// The path.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Kind of failure that the operating system reports.
         kind: std::io::ErrorKind,
     },
     /// A coordinate file that was read but makes no section.
     #[error("{}: {error}", path.display())]
     File {
-        /// The path.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong in it.
+        /// The mistake in the contents of the file.
         error: CoordinateError,
     },
     /// Coordinates that make no section.
@@ -118,32 +118,32 @@ pub enum SectionError {
     /// A measure that this section does not have.
     #[error("the section has no {measure}: {reason}")]
     NoMeasure {
-        /// The measure.
+        /// Name of the measure.
         measure: &'static str,
-        /// Why there is none.
+        /// Reason why the section has no such measure.
         reason: MeasureProblem,
     },
     /// Text that names no measure.
     #[error("'{text}' is no measure of a section; there are {}", super::Measure::NAMES.join(", "))]
     UnknownMeasure {
-        /// The text.
+        /// Text that was read.
         text: String,
     },
 }
 
-/// What is wrong with a key.
+/// A mistake in a key of a Kulfan description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum KeyProblem {
-    /// Not one of the known keys.
+    /// The key is not one of the known keys.
     #[error("unknown")]
     Unknown,
-    /// Needed, but not there.
+    /// The key is needed, but not there.
     #[error("missing")]
     Missing,
-    /// Given more than once.
+    /// The key is given more than once.
     #[error("given twice")]
     Twice,
-    /// Without a value or with a wrong number of values.
+    /// The key stands without a value or with a wrong number of values.
     #[error("without the numbers it needs")]
     Empty,
 }
@@ -157,13 +157,13 @@ pub enum MeasureProblem {
     /// The enclosed area is not positive.
     #[error("its enclosed area is {area:.3e}, not positive")]
     NoArea {
-        /// The signed area.
+        /// Signed area, in square units of the section.
         area: f64,
     },
     /// A surface does not reach the station.
     #[error("no point of the {surface} surface stands at {station} of the chord")]
     NoStation {
-        /// "upper" or "lower".
+        /// Name of the surface: "upper" or "lower".
         surface: &'static str,
         /// Station along the chord, in chords.
         station: f64,
@@ -171,7 +171,7 @@ pub enum MeasureProblem {
     /// A station outside of the open interval (0, 1).
     #[error("station {station} does not lie between 0 and 1")]
     StationOutOfRange {
-        /// The station.
+        /// Station along the chord, in chords.
         station: f64,
     },
     /// The quantity has no isolated extreme inside the chord.
@@ -186,29 +186,29 @@ pub enum MeasureProblem {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CoordinateError {
-    /// No data at all.
+    /// There are no data at all.
     #[error("no coordinates found; wanted lines of two numbers, x and y")]
     Empty,
-    /// Not a text file.
+    /// The file is not a text file.
     #[error("this is not a text file (byte {byte:#04x} at offset {offset})")]
     Binary {
-        /// Position in the file.
+        /// Position in the file, in bytes from its start.
         offset: usize,
-        /// The byte there.
+        /// Byte at that position.
         byte: u8,
     },
     /// A data line with a wrong number of fields.
     #[error("line {line}: {found} numbers, wanted two (x and y)")]
     Columns {
-        /// Line number.
+        /// Number of the line.
         line: usize,
-        /// Number of fields.
+        /// Number of fields in the line.
         found: usize,
     },
     /// Text between data lines, or a field that is no number.
     #[error("line {line}: '{text}' is not a number")]
     NotANumber {
-        /// Line number.
+        /// Number of the line.
         line: usize,
         /// The field (at most 40 characters).
         text: String,
@@ -216,43 +216,43 @@ pub enum CoordinateError {
     /// NaN, an infinity, or a number beyond 1e9 in magnitude.
     #[error("line {line}: coordinate {value} is not usable (finite and within 1e9)")]
     Value {
-        /// Line number.
+        /// Number of the line.
         line: usize,
-        /// The coordinate.
+        /// Value of the coordinate.
         value: f64,
     },
     /// A Lednicer header that does not fit the data.
     #[error("line {line}: the header announces {announced} points, the file holds {found}")]
     Count {
-        /// Line of the header.
+        /// Number of the line of the header.
         line: usize,
-        /// Points announced.
+        /// Number of points that the header announces.
         announced: usize,
-        /// Points found.
+        /// Number of points found.
         found: usize,
     },
-    /// Too few different points.
+    /// There are too few different points.
     #[error("{found} different points, at least {needed} are needed")]
     TooFewPoints {
-        /// Different points.
+        /// Number of different points.
         found: usize,
-        /// Points needed.
+        /// Number of different points needed.
         needed: usize,
     },
     /// More points than anybody needs.
     #[error("{found} points, at most {most} are read")]
     TooManyPoints {
-        /// Points found.
+        /// Number of points found.
         found: usize,
-        /// Largest number.
+        /// Largest number of points that is read.
         most: usize,
     },
     /// All points nearly on one line, or a chord shorter than 1e-9.
     #[error("the points enclose no area (chord {chord:.3e}, area {area:.3e})")]
     NoArea {
-        /// Largest extent.
+        /// Largest extent of the points.
         chord: f64,
-        /// Enclosed area.
+        /// Area that the points enclose.
         area: f64,
     },
     /// The outline crosses itself.

@@ -3,8 +3,9 @@
 use super::naca::check_range;
 use super::stations::{Surface, analytic_section};
 use super::{MeasureProblem, Section, SectionError, TrailingEdge};
+use crate::differentiate::lift;
 use crate::scalar::Scalar;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, QR};
 
 /// A Kulfan section (B. M. Kulfan, "Universal Parametric Geometry Representation Method", J. Aircraft 45(1), 2008):
 ///
@@ -17,31 +18,31 @@ use nalgebra::{DMatrix, DVector};
 /// assert!(section.area() > 0.08);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kulfan {
-    upper: Vec<f64>,
-    lower: Vec<f64>,
-    gap: f64,
+pub struct Kulfan<S = f64> {
+    upper: Vec<S>,
+    lower: Vec<S>,
+    gap: S,
     class: [f64; 2],
     pub(super) control_points: usize,
 }
 
 /// A Kulfan section fitted to another section, and how well it fits.
 #[derive(Debug, Clone, PartialEq)]
-pub struct KulfanFit {
+pub struct KulfanFit<S = f64> {
     /// The fitted section, in the chord frame of the original.
-    pub kulfan: Kulfan,
-    /// Root mean square of the ordinate differences, in chords.
-    pub rms: f64,
-    /// Largest ordinate difference, in chords.
-    pub maximum: f64,
+    pub kulfan: Kulfan<S>,
+    /// Root mean square of the ordinate differences, in chords; its derivatives are not finite where it is zero.
+    pub rms: S,
+    /// Magnitude of the largest ordinate difference, in chords.
+    pub maximum: S,
 }
 
-impl Kulfan {
+impl<S: Scalar> Kulfan<S> {
     /// A sharp section of round nose and pointed tail (class 0.5, 1) from the coefficients of its surfaces, nose first.
     ///
     /// # Errors
     /// A surface without coefficients, or a coefficient that is not finite.
-    pub fn new(upper: Vec<f64>, lower: Vec<f64>) -> Result<Self, SectionError> {
+    pub fn new(upper: Vec<S>, lower: Vec<S>) -> Result<Self, SectionError> {
         for (name, coefficients) in [("upper", &upper), ("lower", &lower)] {
             if coefficients.is_empty() {
                 return Err(SectionError::KulfanKey { key: name.into(), problem: super::KeyProblem::Empty });
@@ -51,20 +52,20 @@ impl Kulfan {
             }
         }
         let control_points = super::stations::DEFAULT_CONTROL_POINTS;
-        Ok(Self { upper, lower, gap: 0.0, class: [0.5, 1.0], control_points })
+        Ok(Self { upper, lower, gap: S::from(0.0), class: [0.5, 1.0], control_points })
     }
 
-    /// The same section with another trailing-edge gap (in chords); a gap of zero makes the trailing edge sharp.
+    /// This section with another trailing-edge gap (in chords); a gap of zero makes the trailing edge sharp.
     ///
     /// # Errors
     /// A gap outside of (−1, 1).
-    pub fn with_gap(mut self, gap: f64) -> Result<Self, SectionError> {
+    pub fn with_gap(mut self, gap: S) -> Result<Self, SectionError> {
         check_range("trailing_edge_gap", gap, -1.0, 1.0)?;
         self.gap = gap;
         Ok(self)
     }
 
-    /// The same section with other class exponents `[N1, N2]` of nose and tail.
+    /// This section with other class exponents `[N1, N2]` of nose and tail.
     ///
     /// # Errors
     /// Exponents outside of (0, 10).
@@ -76,30 +77,63 @@ impl Kulfan {
     }
 
     /// Coefficients of the upper surface, nose first.
-    pub fn upper(&self) -> &[f64] {
+    pub fn upper(&self) -> &[S] {
         &self.upper
     }
 
     /// Coefficients of the lower surface, nose first.
-    pub fn lower(&self) -> &[f64] {
+    pub fn lower(&self) -> &[S] {
         &self.lower
     }
 
-    /// Trailing-edge gap in chords.
-    pub fn gap(&self) -> f64 {
+    /// Height of the trailing-edge gap, in chords.
+    pub fn gap(&self) -> S {
         self.gap
     }
 
-    /// Class exponents of nose and tail.
+    /// Class exponents `[N1, N2]` of nose and tail.
     pub fn class(&self) -> [f64; 2] {
         self.class
     }
 
     /// Sharp exactly when the gap is zero.
     pub fn trailing_edge(&self) -> TrailingEdge {
-        if self.gap == 0.0 { TrailingEdge::Sharp } else { TrailingEdge::Blunt }
+        if self.gap.re() == 0.0 { TrailingEdge::Sharp } else { TrailingEdge::Blunt }
     }
 
+    /// The section at these coefficients, with the default number of control points unless another was asked for.
+    ///
+    /// # Errors
+    /// Coefficients at which there is no section.
+    pub fn section(&self) -> Result<Section<S>, SectionError> {
+        self.build(&self.upper, &self.lower, self.gap)
+    }
+
+    /// The section at other coefficients, with the knots, nose parameter and kind of trailing edge of this one.
+    pub(super) fn build<T: Scalar>(&self, upper: &[T], lower: &[T], gap: T) -> Result<Section<T>, SectionError> {
+        analytic_section(self.control_points, self.nose_share(), self.trailing_edge(), "Kulfan", |x, surface| {
+            let (coefficients, half_gap) = match surface {
+                Surface::Upper => (upper, gap * 0.5),
+                Surface::Lower => (lower, -gap * 0.5),
+            };
+            let mut ordinate = half_gap * x;
+            for (r, coefficient) in coefficients.iter().enumerate() {
+                ordinate += *coefficient * basis(self.class, coefficients.len() - 1, r, x);
+            }
+            [T::from(x), ordinate]
+        })
+    }
+
+    /// The share of the parameter that the upper surface takes: in proportion to the leading coefficients, so that
+    /// the spline passes the nose at one speed (`dy/du` is continuous there). Even where that would be lopsided.
+    fn nose_share(&self) -> f64 {
+        let (up, down) = (self.upper[0].re(), -self.lower[0].re());
+        let share = up / (up + down);
+        if up > 0.0 && down > 0.0 && (0.2..=0.8).contains(&share) { share } else { 0.5 }
+    }
+}
+
+impl Kulfan {
     pub(super) fn parameters(&self) -> Vec<(String, f64)> {
         let named = |side: &'static str, values: &[f64]| {
             values.iter().enumerate().map(|(i, &v)| (format!("{side}_{i}"), v)).collect::<Vec<_>>()
@@ -112,46 +146,29 @@ impl Kulfan {
         all
     }
 
-    pub(super) fn build<S: Scalar>(&self, parameters: &[S]) -> Result<Section<S>, SectionError> {
-        let coefficients = self.upper.len() + self.lower.len();
-        let blunt = self.trailing_edge() == TrailingEdge::Blunt;
-        let expected = coefficients + usize::from(blunt);
-        if parameters.len() != expected {
-            return Err(SectionError::ParameterCount { expected, found: parameters.len() });
+    /// The section at build parameters as [`parameters`](Self::parameters) lists them.
+    pub(super) fn build_listed<S: Scalar>(&self, parameters: &[S]) -> Result<Section<S>, SectionError> {
+        let split = parameters.split_at_checked(self.upper.len()).and_then(|(upper, rest)| {
+            let (lower, gap) = rest.split_at_checked(self.lower.len())?;
+            Some((upper, lower, gap))
+        });
+        match (split, self.trailing_edge()) {
+            (Some((upper, lower, [])), TrailingEdge::Sharp) => self.build(upper, lower, S::from(0.0)),
+            (Some((upper, lower, &[gap])), TrailingEdge::Blunt) => self.build(upper, lower, gap),
+            _ => Err(SectionError::ParameterCount { expected: self.parameters().len(), found: parameters.len() }),
         }
-        let (upper, rest) = parameters.split_at(self.upper.len());
-        let (lower, gap) = rest.split_at(self.lower.len());
-        let gap = gap.first().copied().unwrap_or(S::from(0.0));
-        analytic_section(self.control_points, self.nose_share(), self.trailing_edge(), "Kulfan", |x, surface| {
-            let (coefficients, half_gap) = match surface {
-                Surface::Upper => (upper, gap * 0.5),
-                Surface::Lower => (lower, -gap * 0.5),
-            };
-            let mut ordinate = half_gap * x;
-            for (r, coefficient) in coefficients.iter().enumerate() {
-                ordinate += *coefficient * basis(self.class, coefficients.len() - 1, r, x);
-            }
-            [S::from(x), ordinate]
-        })
-    }
-
-    /// The share of the parameter that the upper surface takes: in proportion to the leading coefficients, so that
-    /// the spline passes the nose at one speed (`dy/du` is continuous there). Even where that would be lopsided.
-    fn nose_share(&self) -> f64 {
-        let (up, down) = (self.upper[0], -self.lower[0]);
-        let share = up / (up + down);
-        if up > 0.0 && down > 0.0 && (0.2..=0.8).contains(&share) { share } else { 0.5 }
     }
 }
 
-/// Class function times Bernstein polynomial `r` of degree `n`, at a constant station in [0, 1].
-fn basis(class: [f64; 2], n: usize, r: usize, x: f64) -> f64 {
+/// Class function times Bernstein polynomial `r` of degree `n`, at a station in [0, 1].
+fn basis<S: Scalar>(class: [f64; 2], n: usize, r: usize, x: S) -> S {
     let mut binomial = 1.0;
     for k in 0..r {
         binomial *= (n - k) as f64 / (k + 1) as f64;
     }
-    let powers = x.powi(r as i32) * (1.0 - x).powi((n - r) as i32);
-    x.powf(class[0]) * (1.0 - x).powf(class[1]) * binomial * powers
+    let rest = -x + 1.0;
+    let powers = x.powi(r as i32) * rest.powi((n - r) as i32);
+    x.real_power(class[0]) * rest.real_power(class[1]) * binomial * powers
 }
 
 /// Points a surface is compared at.
@@ -160,21 +177,20 @@ const SAMPLES: usize = 200;
 /// The Kulfan section (class 0.5, 1) with the given numbers of coefficients that fits a section best: least squares of
 /// the ordinates in the section's chord frame, at cosine-spaced points of each surface.
 ///
-/// The gap is that of the section.
+/// The gap is that of the section, and the fit carries the derivatives of the section.
 ///
 /// # Errors
 /// A section without a chord, no coefficients, or more coefficients than the points determine.
-pub fn fit_kulfan(section: &Section<f64>, upper: usize, lower: usize) -> Result<KulfanFit, SectionError> {
+pub fn fit_kulfan<S: Scalar>(section: &Section<S>, upper: usize, lower: usize) -> Result<KulfanFit<S>, SectionError> {
     let class = [0.5, 1.0];
     let frame = section.chord_frame()?;
-    let scale = 1.0 / frame.chord;
     let gap = match section.trailing_edge() {
-        TrailingEdge::Sharp => 0.0,
-        TrailingEdge::Blunt => section.trailing_edge_gap()? * scale,
+        TrailingEdge::Sharp => S::from(0.0),
+        TrailingEdge::Blunt => section.trailing_edge_gap()? / frame.chord,
     };
     let (first, last) = section.curve().domain();
     let mut coefficients = [vec![], vec![]];
-    let (mut squares, mut maximum, mut count) = (0.0, 0.0f64, 0);
+    let mut residuals: Vec<S> = vec![];
     for (side, (n, end, sign)) in [(upper, first, 1.0), (lower, last, -1.0)].into_iter().enumerate() {
         let key = ["upper", "lower"][side];
         if n == 0 {
@@ -182,46 +198,61 @@ pub fn fit_kulfan(section: &Section<f64>, upper: usize, lower: usize) -> Result<
         }
         let mut points = vec![];
         for u in surface_parameters(section, end) {
-            let [x, y] = frame.coordinates(section.curve().point_at(u)).map(|c| c * scale);
+            let [x, y] = frame.coordinates(section.curve().point_at(u)).map(|c| c / frame.chord);
             // the class function exists on the chord only
             if x > 0.0 && x < 1.0 {
-                points.push((x, y - sign * 0.5 * gap * x));
+                points.push((x, y - gap * x * (0.5 * sign)));
             }
         }
         let matrix = DMatrix::from_fn(points.len(), n, |i, r| basis(class, n - 1, r, points[i].0));
         let right = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
         let solution = solve_least_squares(&matrix, &right)
             .ok_or(SectionError::NoMeasure { measure: "Kulfan fit", reason: MeasureProblem::Singular })?;
-        let residual = &matrix * &solution - right;
-        squares += residual.norm_squared();
-        maximum = maximum.max(residual.amax());
-        count += points.len();
-        coefficients[side] = solution.as_slice().to_vec();
+        residuals.extend(&(&matrix * DVector::from_column_slice(&solution) - right));
+        coefficients[side] = solution;
     }
     let [upper, lower] = coefficients;
     let kulfan = Kulfan::new(upper, lower)?.with_gap(gap)?;
-    Ok(KulfanFit { kulfan, rms: (squares / count.max(1) as f64).sqrt(), maximum })
+    // a fit that is determined has residuals
+    let squares: S = residuals.iter().map(|r| r.squared()).sum();
+    let maximum = residuals.iter().fold(residuals[0], |most, r| if r.re().abs() > most.re().abs() { *r } else { most });
+    let rms = (squares / residuals.len() as f64).sqrt();
+    Ok(KulfanFit { kulfan, rms, maximum: num_traits::Signed::abs(&maximum) })
 }
 
 /// Parameters of one surface from the nose to `end`, spaced as the knots are.
-fn surface_parameters(section: &Section<f64>, end: f64) -> Vec<f64> {
+fn surface_parameters<S: Scalar>(section: &Section<S>, end: f64) -> Vec<f64> {
     let nose = section.nose_parameter();
     let (low, high) = (nose.min(end), nose.max(end));
     section.parameters(4 * SAMPLES).into_iter().filter(|u| (low..=high).contains(u)).collect()
 }
 
-/// Least squares by QR; `None` where the columns are dependent to round-off.
-fn solve_least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+/// Least squares by QR in `f64`, lifted through the normal equations; `None` where the columns are dependent to
+/// round-off.
+fn solve_least_squares<S: Scalar>(matrix: &DMatrix<S>, right: &DVector<S>) -> Option<Vec<S>> {
     if matrix.nrows() < matrix.ncols() {
         return None;
     }
-    let qr = matrix.clone().qr();
+    let qr: QR<f64, Dyn, Dyn> = matrix.map(|a| a.re()).qr();
     let r = qr.r();
     let diagonal = r.diagonal();
     if diagonal.iter().any(|d| d.abs() <= 1e-13 * diagonal.amax()) {
         return None;
     }
-    r.solve_upper_triangular(&(qr.q().transpose() * right))
+    let solution = r.solve_upper_triangular(&(qr.q().transpose() * right.map(|b| b.re())))?;
+    // the inverse of the Jacobian RᵀR of the normal equations
+    let inverse = r.try_inverse()?;
+    let inverse = &inverse * inverse.transpose();
+    let mut lifted: Vec<S> = solution.iter().map(|&c| S::from(c)).collect();
+    let normal = |c: &[S]| -> Vec<S> {
+        let residual = matrix * DVector::from_column_slice(c) - right;
+        matrix.tr_mul(&residual).as_slice().to_vec()
+    };
+    // the second time makes up for the squared condition number
+    for _ in 0..2 {
+        lift(&mut lifted, normal, |k, r| inverse[(k, r)]);
+    }
+    Some(lifted)
 }
 
 #[cfg(test)]

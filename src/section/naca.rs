@@ -3,6 +3,7 @@
 use super::stations::{Surface, analytic_section};
 use super::{Section, SectionError, TrailingEdge};
 use crate::scalar::Scalar;
+use num_dual::Dual;
 
 /// A NACA four-digit section: thickness, camber and camber position in chords.
 ///
@@ -62,7 +63,9 @@ impl Naca4 {
         check_range("camber", camber, -1.0, 1.0)?;
         check_range("camber_position", position, 0.0, 1.0)?;
         analytic_section(self.control_points, 0.5, self.trailing_edge, &self.name, |x, surface| {
-            thickened(camber_line(camber, position, x), thickness, x, surface, self.trailing_edge)
+            let (station, constant) = along_chord(x);
+            let line = camber_line(constant(camber), constant(position), station);
+            thickened(line, thickness, x, surface, self.trailing_edge)
         })
     }
 }
@@ -82,22 +85,24 @@ pub(super) fn check_range<S: Scalar>(name: &'static str, value: S, lower: f64, u
     }
 }
 
-/// Ordinate and slope of the four-digit camber line: two parabolas with their summit at `position`.
-fn camber_line<S: Scalar>(camber: S, position: S, x: f64) -> (S, S) {
-    let slope = (position - x) * camber * 2.0;
-    if x < position.re() {
-        let scale = position.squared().recip();
-        ((position * (2.0 * x) - x * x) * camber * scale, slope * scale)
+/// The four-digit camber line: two parabolas with their summit at `position`.
+fn camber_line<S: Scalar>(camber: S, position: S, x: S) -> S {
+    if x < position {
+        (position * 2.0 - x) * x * camber / position.squared()
     } else {
-        let scale = (-position + 1.0).squared().recip();
         // (1 - 2p) + 2px - x² with the factor that vanishes at the trailing edge drawn out
-        ((-position * 2.0 + (1.0 + x)) * camber * scale * (1.0 - x), slope * scale)
+        (-position * 2.0 + 1.0 + x) * (-x + 1.0) * camber / (-position + 1.0).squared()
     }
 }
 
-/// The point of a surface: half the four-digit thickness normal to a camber line `(ordinate, slope)` at `x`.
+/// A station along the chord that knows itself as the variable of a slope, and a number that does not depend on it.
+pub(super) fn along_chord<S: Scalar>(x: f64) -> (Dual<S>, impl Fn(S) -> Dual<S>) {
+    (Dual::from_re(S::from(x)).derivative(), Dual::from_re)
+}
+
+/// The point of a surface: half the four-digit thickness normal to a camber line, given with its slope, at `x`.
 pub(super) fn thickened<S: Scalar>(
-    (ordinate, slope): (S, S),
+    Dual { re: ordinate, eps: slope }: Dual<S>,
     thickness: S,
     x: f64,
     surface: Surface,

@@ -1,10 +1,15 @@
 //! NACA five-digit sections, standard and reflexed.
 
-use super::naca::{check_range, is_digits, thickened};
+use super::naca::{along_chord, check_range, is_digits, thickened};
 use super::stations::analytic_section;
 use super::{Section, SectionError, TrailingEdge};
-use crate::differentiate::lift_root;
+use crate::differentiate::{SingularJacobian, lift_root};
 use crate::scalar::Scalar;
+use crate::spline::isolated;
+use num_dual::{Dual, Dual64, first_derivative};
+
+/// Camber positions beyond: the cubic part of the line would not end within the chord.
+const REARMOST: f64 = 0.3;
 
 /// A NACA five-digit section (Jacobs and Pinkerton, NACA reports 537 and 610; constants as in Abbott and von Doenhoff).
 ///
@@ -104,27 +109,31 @@ impl Naca5 {
         };
         check_range("thickness", thickness, 0.0, 1.0)?;
         check_range("design_lift", lift, -3.0, 3.0)?;
-        // beyond, the cubic part would not end within the chord
-        check_range("camber_position", position, 0.0, 0.3)?;
-        let line = self.camber_line(lift, position);
+        check_range("camber_position", position, 0.0, REARMOST)?;
+        let line = self.camber_line(lift, position)?;
         analytic_section(self.control_points, 0.5, self.trailing_edge, &self.name, |x, surface| {
             thickened(line.at(x), thickness, x, surface, self.trailing_edge)
         })
     }
 
     /// The camber line at a design lift and camber position: theory, shifted to the printed constants.
-    fn camber_line<S: Scalar>(&self, lift: S, position: S) -> CamberLine<S> {
-        let nominal = theory(self.reflexed, self.camber_position);
-        let moved = theory(self.reflexed, position);
+    fn camber_line<S: Scalar>(&self, lift: S, position: S) -> Result<CamberLine<S>, SectionError> {
+        let theory = |position: S| {
+            theory(self.reflexed, position).map_err(|SingularJacobian| {
+                let (name, value) = ("camber_position", position.re());
+                SectionError::ParameterOutOfRange { name, value, lower: 0.0, upper: REARMOST }
+            })
+        };
+        let (nominal, moved) = (theory(S::from(self.camber_position))?, theory(position)?);
         let mut line = CamberLine {
             m: moved.m - nominal.m + self.printed.m,
             ratio: moved.ratio - nominal.ratio + self.printed.ratio,
             k1: S::from(1.0),
         };
         let printed = CamberLine { m: self.printed.m, ratio: self.printed.ratio, k1: 1.0 };
-        let correction = self.printed.k1 * printed.lift() / PRINTED_LIFT;
-        line.k1 = lift * correction / line.lift();
-        line
+        let correction = self.printed.k1 * printed.lift_coefficient() / PRINTED_LIFT;
+        line.k1 = lift * correction / line.lift_coefficient();
+        Ok(line)
     }
 }
 
@@ -138,19 +147,25 @@ struct CamberLine<S> {
 }
 
 impl<S: Scalar> CamberLine<S> {
-    /// Ordinate and slope.
-    fn at(&self, x: f64) -> (S, S) {
+    /// Ordinate at `x`.
+    fn ordinate(&self, x: S) -> S {
         let from_m = -self.m + x;
-        let cubic = if x < self.m.re() { S::from(1.0) } else { self.ratio };
+        let cubic = if x < self.m { S::from(1.0) } else { self.ratio };
         let rest = self.ratio * (-self.m + 1.0).powi(3) + self.m.powi(3);
-        let sixth = self.k1 / 6.0;
-        let ordinate = (cubic * from_m.powi(3) - rest * x + self.m.powi(3)) * sixth;
-        let slope = (cubic * from_m.squared() * 3.0 - rest) * sixth;
-        (if x == 1.0 { S::from(0.0) } else { ordinate }, slope)
+        (cubic * from_m.powi(3) - rest * x + self.m.powi(3)) * (self.k1 / 6.0)
+    }
+
+    /// Ordinate and slope.
+    fn at(&self, x: f64) -> Dual<S> {
+        let (station, constant) = along_chord(x);
+        let line = CamberLine { m: constant(self.m), k1: constant(self.k1), ratio: constant(self.ratio) };
+        let Dual { re, eps } = line.ordinate(station);
+        // zero at the trailing edge, but for round-off
+        Dual { re: if x == 1.0 { S::from(0.0) } else { re }, eps }
     }
 
     /// Design lift coefficient `2 ∫ y' cos θ dθ` of thin-airfoil theory, θ from 0 to π with `x = (1 − cos θ)/2`.
-    fn lift(&self) -> S {
+    fn lift_coefficient(&self) -> S {
         self.slope_integral([0.0, 2.0, 0.0])
     }
 
@@ -159,7 +174,8 @@ impl<S: Scalar> CamberLine<S> {
         self.slope_integral([1.0, 1.0, -2.0])
     }
 
-    /// `∫ y' (w0 + w1 cos θ + w2 cos² θ) dθ` over the chord, in closed form.
+    /// `∫ y' (w0 + w1 cos θ + w2 cos² θ) dθ` over the chord, in closed form: the slope `y'` of [`ordinate`](Self::ordinate) is
+    /// a polynomial in `cos θ` on either side of `m`. Its coefficients are checked against the slopes of [`at`](Self::at).
     fn slope_integral(&self, weight: [f64; 3]) -> S {
         let rest = self.ratio * (-self.m + 1.0).powi(3) + self.m.powi(3);
         // x − m = (c − cos θ)/2 with c = 1 − 2m
@@ -190,41 +206,32 @@ fn cosine_integrals<S: Scalar>(angle: S) -> [S; 5] {
 }
 
 /// The camber line of unit `k1` with its summit at `position`, from theory.
-fn theory<S: Scalar>(reflexed: bool, position: S) -> CamberLine<S> {
+fn theory<S: Scalar>(reflexed: bool, position: S) -> Result<CamberLine<S>, SingularJacobian> {
     if reflexed {
-        reflexed_line(position)
-    } else {
-        // summit where 3 (x − m)² = m³: position = m (1 − √(m/3))
-        let equation = |m: f64| m * (1.0 - (m / 3.0).sqrt()) - position.re();
-        let m = bisect(position.re(), 1.0, equation);
-        let slope = 1.0 - 1.5 * (m / 3.0).sqrt();
-        let m = lift_root(m, slope, |m: S| m * (-(m / 3.0).sqrt() + 1.0) - position);
-        CamberLine { m, k1: S::from(1.0), ratio: S::from(0.0) }
+        return reflexed_line(position);
     }
+    // summit where 3 (x − m)² = m³: position = m (1 − √(m/3))
+    fn summit<T: Scalar>(m: T) -> T {
+        m * (-(m / 3.0).sqrt() + 1.0)
+    }
+    let p = position.re();
+    let at = |m: f64| first_derivative(|m: Dual64| summit(m) - p, m);
+    let m = isolated(p, 1.0, true, at);
+    let m = lift_root(m, || at(m).1, |m: S| summit(m) - position)?;
+    Ok(CamberLine { m, k1: S::from(1.0), ratio: S::from(0.0) })
 }
 
 /// The reflexed line: summit at `position` and no quarter-chord moment.
-fn reflexed_line<S: Scalar>(position: S) -> CamberLine<S> {
+fn reflexed_line<S: Scalar>(position: S) -> Result<CamberLine<S>, SingularJacobian> {
     fn with<T: Scalar>(m: T, position: T) -> CamberLine<T> {
         let ratio = ((position - m).squared() * 3.0 - m.powi(3)) / (-m + 1.0).powi(3);
         CamberLine { m, k1: T::from(1.0), ratio }
     }
     let p = position.re();
-    let m = bisect(p, 0.9, |m| with(m, p).moment());
-    let (_, slope) = num_dual::first_derivative(|m: num_dual::Dual64| with(m, num_dual::Dual64::from(p)).moment(), m);
-    with(lift_root(m, slope, |m: S| with(m, position).moment()), position)
-}
-
-/// The sign change of `f` between two numbers, to the last bit.
-fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let sign = f(low) > 0.0;
-    loop {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            return middle;
-        }
-        if (f(middle) > 0.0) == sign { low = middle } else { high = middle }
-    }
+    let moment = |m: f64| first_derivative(|m: Dual64| with(m, Dual64::from(p)).moment(), m);
+    let m = isolated(p, 0.9, moment(p).0 < 0.0, moment);
+    let m = lift_root(m, || moment(m).1, |m: S| with(m, position).moment())?;
+    Ok(with(m, position))
 }
 
 #[cfg(test)]
@@ -238,14 +245,14 @@ mod tests {
     fn theory_rounds_to_the_printed_constants() {
         for digits in ALL {
             let naca = Naca5::new(digits, TrailingEdge::Blunt).unwrap();
-            let line = theory(naca.reflexed, naca.camber_position);
+            let line = theory(naca.reflexed, naca.camber_position).unwrap();
             assert!((line.m - naca.printed.m).abs() < 2e-3, "{digits}: m {} {}", line.m, naca.printed.m);
             assert!((line.ratio - naca.printed.ratio).abs() < 6e-3, "{digits}: {} {:?}", line.ratio, naca.printed);
-            let k1 = PRINTED_LIFT / line.lift();
+            let k1 = PRINTED_LIFT / line.lift_coefficient();
             // 361.4 of the 210 line is the farthest off: 3.1 %
             assert!((k1 / naca.printed.k1 - 1.0).abs() < 0.035, "{digits}: {k1} {}", naca.printed.k1);
             // at the nominal values the printed ones are used
-            let line = naca.camber_line(naca.design_lift, naca.camber_position);
+            let line = naca.camber_line(naca.design_lift, naca.camber_position).unwrap();
             assert!((line.m - naca.printed.m).abs() < 1e-15 && (line.ratio - naca.printed.ratio).abs() < 1e-15);
             assert!((line.k1 / naca.printed.k1 - 1.0).abs() < 1e-13);
         }
@@ -255,14 +262,14 @@ mod tests {
     fn camber_lines_are_smooth_and_closed() {
         for digits in ALL {
             let naca = Naca5::new(digits, TrailingEdge::Sharp).unwrap();
-            let line = naca.camber_line(naca.design_lift, naca.camber_position);
+            let line = naca.camber_line(naca.design_lift, naca.camber_position).unwrap();
             let m = line.m;
             let (below, above) = (line.at(m - 1e-12), line.at(m + 1e-12));
-            assert!((below.0 - above.0).abs() < 1e-11 && (below.1 - above.1).abs() < 1e-10);
-            assert!(line.at(0.0).0.abs() < 1e-15 && line.at(1.0 - 1e-12).0.abs() < 1e-11);
+            assert!((below.re - above.re).abs() < 1e-11 && (below.eps - above.eps).abs() < 1e-10);
+            assert!(line.at(0.0).re.abs() < 1e-15 && line.at(1.0 - 1e-12).re.abs() < 1e-11);
             // the summit lies where the designation puts it
             let (p, at) = (naca.camber_position, line.at(naca.camber_position));
-            assert!(at.0 > line.at(p - 0.02).0 && at.0 > line.at(p + 0.02).0, "{digits}");
+            assert!(at.re > line.at(p - 0.02).re && at.re > line.at(p + 0.02).re, "{digits}");
             let section = naca.build(&[naca.thickness, naca.design_lift, p]).unwrap();
             assert_eq!(section.trailing_edge_points(), [[1.0, 0.0]; 2]);
         }
@@ -271,17 +278,17 @@ mod tests {
     #[test]
     fn naca_23012_is_the_printed_camber_line() {
         let naca = Naca5::new("23012", TrailingEdge::Blunt).unwrap();
-        let line = naca.camber_line(0.3, 0.15);
+        let line = naca.camber_line(0.3, 0.15).unwrap();
         let (k, m) = (15.957 / 6.0, 0.2025f64);
         for x in [0.0125, 0.05, 0.1, 0.2] {
             let printed = k * (x * x * x - 3.0 * m * x * x + m * m * (3.0 - m) * x);
-            assert!((line.at(x).0 - printed).abs() < 1e-15);
+            assert!((line.at(x).re - printed).abs() < 1e-15);
         }
         for x in [0.3, 0.6, 0.95] {
-            assert!((line.at(x).0 - k * m.powi(3) * (1.0 - x)).abs() < 1e-15);
+            assert!((line.at(x).re - k * m.powi(3) * (1.0 - x)).abs() < 1e-15);
         }
         // maximum camber 1.8 % at 15 % of the chord
-        assert!((line.at(0.15).0 - 0.01838).abs() < 1e-5);
+        assert!((line.at(0.15).re - 0.01838).abs() < 1e-5);
     }
 
     #[test]
@@ -291,11 +298,11 @@ mod tests {
         let (mut lift, mut moment) = (0.0, 0.0);
         for i in 0..n {
             let angle = std::f64::consts::PI * (i as f64 + 0.5) / n as f64;
-            let slope = line.at(0.5 * (1.0 - angle.cos())).1 * std::f64::consts::PI / n as f64;
+            let slope = line.at(0.5 * (1.0 - angle.cos())).eps * std::f64::consts::PI / n as f64;
             lift += 2.0 * slope * angle.cos();
             moment += slope * (angle.cos() - (2.0 * angle).cos());
         }
-        assert!((line.lift() - lift).abs() < 1e-9 && (line.moment() - moment).abs() < 1e-9);
+        assert!((line.lift_coefficient() - lift).abs() < 1e-9 && (line.moment() - moment).abs() < 1e-9);
     }
 
     #[test]

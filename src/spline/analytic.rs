@@ -25,8 +25,11 @@ pub struct Approximation<S, const D: usize = 2> {
 ///
 /// # Errors
 /// A point that is not finite.
-pub fn line_segment<S: Scalar, const D: usize>(start: [S; D], end: [S; D]) -> Result<BSplineCurve<S, D>, SplineError> {
-    BSplineCurve::new(KnotVector::clamped_uniform(1, 2)?, vec![start, end])
+pub fn line_segment<S: Scalar, const D: usize>(
+    start: impl Into<[S; D]>,
+    end: impl Into<[S; D]>,
+) -> Result<BSplineCurve<S, D>, SplineError> {
+    BSplineCurve::new(KnotVector::clamped_uniform(1, 2)?, vec![start.into(), end.into()])
 }
 
 /// An arc of a circle between two angles from the x axis (radians), within `tolerance` of it; clockwise where
@@ -46,7 +49,7 @@ pub fn line_segment<S: Scalar, const D: usize>(start: [S; D], end: [S; D]) -> Re
 /// A radius that is not positive, a sweep of zero or more than a full turn, numbers that are not finite,
 /// [`SplineError::ToleranceNotReached`] for a tolerance near round-off.
 pub fn circular_arc<S: Scalar>(
-    center: [S; 2],
+    center: impl Into<[S; 2]>,
     radius: S,
     from: f64,
     to: f64,
@@ -63,7 +66,7 @@ pub fn circular_arc<S: Scalar>(
 /// # Errors
 /// As [`circular_arc`].
 pub fn elliptic_arc<S: Scalar>(
-    center: [S; 2],
+    center: impl Into<[S; 2]>,
     semi_axes: [S; 2],
     inclination: S,
     from: f64,
@@ -75,6 +78,7 @@ pub fn elliptic_arc<S: Scalar>(
             return Err(SplineError::BadRadius { value: axis.re() });
         }
     }
+    let center = center.into();
     let sweep = to - from;
     // a full turn may come as a difference that rounds above it
     let most = TAU * (1.0 + 4.0 * f64::EPSILON);
@@ -103,7 +107,7 @@ pub fn elliptic_arc<S: Scalar>(
 /// # Errors
 /// As [`circular_arc`].
 pub fn ellipse<S: Scalar>(
-    center: [S; 2],
+    center: impl Into<[S; 2]>,
     semi_axes: [S; 2],
     inclination: S,
     tolerance: f64,

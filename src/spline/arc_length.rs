@@ -54,7 +54,8 @@ impl<S: Scalar, const D: usize> ArcLengths<S, D> {
 
     /// Length of the whole curve.
     pub fn total(&self) -> S {
-        self.lengths.last().copied().unwrap_or(S::from(0.0))
+        // the table begins with the start of the curve
+        self.lengths[self.lengths.len() - 1]
     }
 
     /// Length from the start of the curve to the parameter `u`.
@@ -64,7 +65,7 @@ impl<S: Scalar, const D: usize> ArcLengths<S, D> {
     pub fn at(&self, u: S) -> Result<S, SplineError> {
         check(&self.curve, u.re())?;
         let panel = self.panels_before(&self.ends, |end| *end <= u.re());
-        Ok(self.lengths[panel] + piece(&self.curve, self.ends[panel], u.re())? + tip(&self.curve, u)?)
+        Ok(self.lengths[panel] + piece(&self.curve, self.ends[panel], u.re())? + tip(&self.curve, u))
     }
 
     /// The parameter at a length from the start of the curve (inverse of [`at`](Self::at)).
@@ -82,15 +83,9 @@ impl<S: Scalar, const D: usize> ArcLengths<S, D> {
         let (start, end) = (self.ends[panel], self.ends[panel + 1]);
         let speed = |u: f64| norm(self.real.tangent_at(u));
         let root = bracketed(start, end, |u| (before + SIXTEEN.integrate(start, u, speed) - wanted, speed(u)));
-        if S::NDERIV == 0 {
-            return Ok(S::from(root));
-        }
-        let slope = speed(root);
-        if slope == 0.0 {
-            return Err(SplineError::ZeroTangent { parameter: root });
-        }
         let fixed = self.at(S::from(root))?;
-        Ok(lift_root(root, slope, |u: S| fixed + tip_unchecked(&self.curve, u) - length))
+        lift_root(root, || speed(root), |u: S| fixed + tip(&self.curve, u) - length)
+            .map_err(|_| SplineError::ZeroTangent { parameter: root })
     }
 
     /// The number of whole panels before the first of the sorted entries for which `before` fails.
@@ -114,7 +109,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
             sum = sum.clone().and_then(|sum| Ok(sum + piece(self, start, end)?));
         });
         let between = if a.re() <= b.re() { sum? } else { -sum? };
-        Ok(between + tip(self, b)? - tip(self, a)?)
+        Ok(between + tip(self, b) - tip(self, a))
     }
 
     /// A table of the arc length for many queries.
@@ -128,18 +123,10 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// The parameter at a length from the start; for many of them see [`arc_lengths`](Self::arc_lengths).
     ///
     /// # Errors
-    /// Those of [`ArcLengths::parameter`].
+    /// As [`ArcLengths::parameter`].
     pub fn parameter_at_arc_length(&self, length: S) -> Result<S, SplineError> {
         self.arc_lengths()?.parameter(length)
     }
-}
-
-fn check<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, parameter: f64) -> Result<(), SplineError> {
-    let (first, last) = curve.domain();
-    if (first..=last).contains(&parameter) {
-        return Ok(());
-    }
-    Err(SplineError::OutsideDomain { parameter, first, last })
 }
 
 /// Calls `visit(start, end)` for panels of `[a, b]` on each of which 16 points integrate the speed to round-off.
@@ -179,40 +166,40 @@ fn piece<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, start: f64, end:
         }
         speed
     });
-    differentiable(length, still)
+    match still {
+        Some(parameter) if S::NDERIV > 0 => Err(SplineError::ZeroTangent { parameter }),
+        _ => Ok(length),
+    }
 }
 
-/// Length from the real part of `u` to `u`: the derivatives of the length with respect to its upper limit.
-fn tip<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, u: S) -> Result<S, SplineError> {
+/// Length from the real part of `u` to `u`: the derivatives of the length with respect to its upper limit, which are
+/// not finite where the curve stands still.
+fn tip<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, u: S) -> S {
     if S::NDERIV == 0 {
-        return Ok(S::from(0.0));
+        return S::from(0.0);
     }
-    if norm(curve.tangent_at(u.re())).re() == 0.0 {
-        return Err(SplineError::ZeroTangent { parameter: u.re() });
-    }
-    Ok(tip_unchecked(curve, u))
-}
-
-/// The same where the tangent is known not to vanish.
-fn tip_unchecked<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, u: S) -> S {
     TWO.integrate_between(S::from(u.re()), u, |v| norm(curve.point_and_tangent(v).1))
 }
 
-/// The value, unless it carries derivatives and the curve stands still somewhere.
-fn differentiable<S: Scalar>(value: S, still: Option<f64>) -> Result<S, SplineError> {
-    match still {
-        Some(parameter) if S::NDERIV > 0 => Err(SplineError::ZeroTangent { parameter }),
-        _ => Ok(value),
+/// Refuses a parameter outside of the domain, and one at which the curve stands still where derivatives are wanted.
+fn check<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, parameter: f64) -> Result<(), SplineError> {
+    let (first, last) = curve.domain();
+    if !(first..=last).contains(&parameter) {
+        return Err(SplineError::OutsideDomain { parameter, first, last });
     }
+    if S::NDERIV > 0 && norm(curve.tangent_at(parameter)).re() == 0.0 {
+        return Err(SplineError::ZeroTangent { parameter });
+    }
+    Ok(())
 }
 
+/// Length of a vector; its derivatives are not finite where it vanishes.
 fn norm<S: Scalar, const D: usize>(vector: [S; D]) -> S {
     let mut sum = S::from(0.0);
     for c in vector {
         sum += c.squared();
     }
-    // the square root of a dual zero would be NaN; callers refuse it where derivatives are wanted
-    if sum.re() == 0.0 { S::from(0.0) } else { sum.sqrt() }
+    sum.sqrt()
 }
 
 #[cfg(test)]

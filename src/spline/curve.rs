@@ -1,10 +1,10 @@
 //! B-spline curves: construction, evaluation and derivatives.
 
 use super::{KnotVector, SplineError};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use std::sync::Arc;
 
-/// A B-spline curve in `D` dimensions (two unless told), its control points over any [`Scalar`].
+/// A B-spline curve in `D` dimensions (two unless told), with control points over any [`Scalar`].
 ///
 /// ```
 /// use aeroform::spline::{BSplineCurve, KnotVector};
@@ -20,12 +20,25 @@ pub struct BSplineCurve<S, const D: usize = 2> {
 }
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
-    /// A curve from knots and control points.
+    /// A curve from knots and control points, given as arrays or as `nalgebra` points or vectors.
+    ///
+    /// ```
+    /// use aeroform::spline::{BSplineCurve, KnotVector};
+    /// use nalgebra::{Point2, Vector3};
+    /// let line = |degree| KnotVector::clamped_uniform(degree, 2).unwrap();
+    /// let plane = BSplineCurve::new(line(1), vec![Point2::new(0.0, 1.0), Point2::new(2.0, 1.0)]).unwrap();
+    /// let space = BSplineCurve::new(line(1), vec![Vector3::zeros(), Vector3::new(0.0, 0.0, 4.0)]).unwrap();
+    /// assert_eq!((plane.evaluate(0.5), space.evaluate(0.5)), ([1.0, 1.0], [0.0, 0.0, 2.0]));
+    /// ```
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn new(knots: impl Into<Arc<KnotVector>>, control_points: Vec<[S; D]>) -> Result<Self, SplineError> {
+    pub fn new<P: Into<[S; D]>>(
+        knots: impl Into<Arc<KnotVector>>,
+        control_points: Vec<P>,
+    ) -> Result<Self, SplineError> {
         let knots = knots.into();
+        let control_points: Vec<[S; D]> = control_points.into_iter().map(Into::into).collect();
         if control_points.len() != knots.control_points() {
             return Err(SplineError::ControlPointCount {
                 expected: knots.control_points(),
@@ -38,35 +51,38 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         Ok(Self { knots, control_points })
     }
 
-    /// The knot vector.
+    /// The knot vector of the curve.
     pub fn knots(&self) -> &Arc<KnotVector> {
         &self.knots
     }
 
-    /// The control points.
+    /// The control points, from the first to the last parameter.
     pub fn control_points(&self) -> &[[S; D]] {
         &self.control_points
     }
 
-    /// Polynomial degree.
+    /// Polynomial degree of the curve.
     pub fn degree(&self) -> usize {
         self.knots.degree()
     }
 
-    /// First and last parameter.
+    /// First and last parameter of the curve.
     pub fn domain(&self) -> (f64, f64) {
         self.knots.domain()
     }
 
-    /// The same knots with other control points, of any scalar.
+    /// A curve on the knots of this one with other control points, of any scalar.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_control_points<T: Scalar>(&self, points: Vec<[T; D]>) -> Result<BSplineCurve<T, D>, SplineError> {
+    pub fn with_control_points<T: Scalar>(
+        &self,
+        points: Vec<impl Into<[T; D]>>,
+    ) -> Result<BSplineCurve<T, D>, SplineError> {
         BSplineCurve::new(Arc::clone(&self.knots), points)
     }
 
-    /// The curve of the real parts.
+    /// The curve over `f64` whose control points are the real parts of these.
     pub fn real(&self) -> BSplineCurve<f64, D> {
         BSplineCurve {
             knots: Arc::clone(&self.knots),
@@ -121,20 +137,22 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         self.knots.basis_derivatives(span, u, order).iter().map(|row| combine(row, points)).collect()
     }
 
-    /// Point and first derivative at `u`, without allocation.
-    pub fn point_and_tangent(&self, u: S) -> ([S; D], [S; D]) {
+    /// Point and first derivative with respect to the parameter at `u`, without allocation.
+    ///
+    /// `u` is of the scalar of the curve; for a curve over `f64` it may be any scalar.
+    pub fn point_and_tangent<T: Over<S>>(&self, u: T) -> ([T; D], [T; D]) {
         let p = self.degree();
         let span = self.knots.span(u.re());
         let points = &self.control_points[span - p..];
         let point = combine(&self.knots.basis(span, u), points);
         let lower = self.knots.basis_of_degree(span, u, p - 1);
         let knots = self.knots.as_slice();
-        let mut tangent = [S::from(0.0); D];
+        let mut tangent = [T::from(0.0); D];
         for (j, value) in lower.iter().enumerate() {
             let first = span - p + 1 + j;
             let weight = *value * (p as f64 / (knots[first + p] - knots[first]));
             for d in 0..D {
-                tangent[d] += (points[j + 1][d] - points[j][d]) * weight;
+                tangent[d] += weight * (points[j + 1][d] - points[j][d]);
             }
         }
         (point, tangent)
@@ -142,11 +160,11 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
 }
 
 /// Linear combination of points.
-pub(super) fn combine<S: Scalar, const D: usize>(weights: &[S], points: &[[S; D]]) -> [S; D] {
-    let mut sum = [S::from(0.0); D];
+fn combine<T: Over<S>, S: Copy, const D: usize>(weights: &[T], points: &[[S; D]]) -> [T; D] {
+    let mut sum = [T::from(0.0); D];
     for (weight, point) in weights.iter().zip(points) {
         for (s, c) in sum.iter_mut().zip(point) {
-            *s += *c * *weight;
+            *s += *weight * *c;
         }
     }
     sum

@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 use smallvec::SmallVec;
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
-    /// The same curve with its degree raised by `times`; each knot stands as many times more often, so that the
+    /// This curve with its degree raised by `times`; each knot stands as many times more often, so that the
     /// continuity is kept.
     ///
     /// # Errors
@@ -15,7 +15,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         let mut curve = self.clone();
         for _ in 0..times {
             let (knots, rows) = elevation(curve.knots())?;
-            let points = apply(&rows, curve.control_points());
+            let points = apply(rows, curve.control_points());
             curve = Self::new(knots, points)?;
         }
         Ok(curve)
@@ -23,10 +23,10 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
 }
 
 impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
-    /// The same spline with its degree along one axis (counted from 0) raised by `times`.
+    /// This spline with its degree along one axis (counted from 0) raised by `times`.
     ///
     /// # Errors
-    /// No such axis.
+    /// An axis that the spline does not have.
     pub fn elevate_degree(&self, axis: usize, times: usize) -> Result<Self, SplineError> {
         let mut spline = self.clone();
         for _ in 0..times {

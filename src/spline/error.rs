@@ -1,17 +1,17 @@
-//! What can be wrong with a spline.
+//! Reasons why a spline is not built or an operation on it fails.
 
 /// Why a spline was not built or an operation on it failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SplineError {
-    /// The degree asks for more control points.
+    /// There are fewer control points than the degree needs.
     #[error("degree {degree} needs at least {} control points, there are {control_points}", degree + 1)]
     TooFewControlPoints {
-        /// Degree asked for.
+        /// Degree that was asked for.
         degree: usize,
-        /// Control points given.
+        /// Number of control points given.
         control_points: usize,
     },
-    /// Degree zero is not a curve.
+    /// The degree is zero, which makes no curve.
     #[error("the degree must be at least 1")]
     DegreeZero,
     /// A knot vector decreases or holds a number that is not finite.
@@ -19,13 +19,13 @@ pub enum SplineError {
     BadKnot {
         /// Position in the knot vector.
         index: usize,
-        /// The offending knot.
+        /// Value of the offending knot.
         value: f64,
     },
     /// A knot is repeated more often than the degree allows.
     #[error("knot {value} stands {multiplicity} times; degree {degree} allows {allowed}")]
     Multiplicity {
-        /// The knot.
+        /// Value of the knot.
         value: f64,
         /// How often it would stand.
         multiplicity: usize,
@@ -37,21 +37,21 @@ pub enum SplineError {
     /// The number of knots does not fit the number of control points.
     #[error("{expected} control points wanted by the knot vectors, {found} given")]
     ControlPointCount {
-        /// What the knot vectors ask for.
+        /// Number of control points that go with the knot vectors.
         expected: usize,
-        /// What was given.
+        /// Number of control points given.
         found: usize,
     },
     /// A control point or data point is not finite.
     #[error("point {index} is not finite")]
     NotFinite {
-        /// Position of the point.
+        /// Position of the point in its list, counted from 0.
         index: usize,
     },
     /// A parameter outside of the domain, or a pair of parameters in the wrong order.
     #[error("parameter {parameter} is outside of ({first}, {last})")]
     OutsideDomain {
-        /// The parameter.
+        /// Parameter that was asked for.
         parameter: f64,
         /// Start of the domain.
         first: f64,
@@ -61,31 +61,31 @@ pub enum SplineError {
     /// Parameters of points must be finite and increase strictly.
     #[error("parameter {index} ({value}) must be finite and exceed the one before it")]
     ParametersNotIncreasing {
-        /// Position of the parameter.
+        /// Position of the parameter in its list, counted from 0.
         index: usize,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// As many points as parameters, and for an interpolation as control points, are wanted.
     #[error("{expected} points wanted, {found} given")]
     PointCount {
-        /// What the parameters or knots ask for.
+        /// Number of points that go with the parameters or knots.
         expected: usize,
-        /// What was given.
+        /// Number of points given.
         found: usize,
     },
     /// The curve stands still, so that something asked of it has no derivative or no direction there.
     #[error("the tangent vanishes at parameter {parameter}")]
     ZeroTangent {
-        /// Where.
+        /// Parameter at which the tangent vanishes.
         parameter: f64,
     },
     /// A length from the start of a curve that is negative or more than the whole.
     #[error("length {length} is not between 0 and the length {total} of the curve")]
     LengthOutside {
-        /// Length asked for.
+        /// Length that was asked for, from the start of the curve.
         length: f64,
-        /// Length of the curve.
+        /// Length of the whole curve.
         total: f64,
     },
     /// A coordinate that the curve does not cross in the range given.
@@ -95,7 +95,7 @@ pub enum SplineError {
     NoCrossing {
         /// Number of the coordinate, from 0.
         axis: usize,
-        /// Value asked for.
+        /// Value of the coordinate that was asked for.
         value: f64,
         /// First parameter of the range.
         low: f64,
@@ -110,7 +110,7 @@ pub enum SplineError {
     /// centre of curvature as point of a projection.
     #[error("the parameter found ({parameter}) has no derivative: the slope of its equation vanishes there")]
     NoDerivative {
-        /// The parameter.
+        /// Parameter that was found.
         parameter: f64,
     },
     /// A radius or semi-axis must be positive and finite.
@@ -122,17 +122,17 @@ pub enum SplineError {
     /// An arc must have some sweep and no more than a full turn.
     #[error("an arc from angle {from} to {to} (radians): the sweep must not be zero or more than a full turn")]
     BadSweep {
-        /// First angle.
+        /// Angle at which the arc starts, in radians.
         from: f64,
-        /// Last angle.
+        /// Angle at which the arc ends, in radians.
         to: f64,
     },
     /// An axis that the spline does not have.
     #[error("no axis {axis}: there are {axes}, counted from 0")]
     NoSuchAxis {
-        /// Axis asked for.
+        /// Axis that was asked for, counted from 0.
         axis: usize,
-        /// How many there are.
+        /// Number of axes of the spline.
         axes: usize,
     },
     /// The operation needs knots with both ends repeated `degree + 1` times.
@@ -147,9 +147,9 @@ pub enum SplineError {
     /// Too few points for the interpolation or fit.
     #[error("{needed} points needed, {found} given")]
     TooFewPoints {
-        /// Smallest number.
+        /// Smallest number of points that will do.
         needed: usize,
-        /// Number given.
+        /// Number of points given.
         found: usize,
     },
     /// A linear system of a fit is singular.
@@ -160,9 +160,9 @@ pub enum SplineError {
     ToleranceNotReached {
         /// Largest distance of a data point from the fit, at its parameter.
         error: f64,
-        /// Control points used.
+        /// Number of control points of the fit.
         control_points: usize,
-        /// Distance asked for.
+        /// Largest distance that was asked for.
         tolerance: f64,
     },
 }

@@ -9,7 +9,7 @@ use super::{BSplineCurve, KnotVector, SplineError};
 use crate::scalar::Scalar;
 use std::sync::Arc;
 
-/// What a cubic interpolating spline does at its two ends.
+/// The condition that a cubic interpolating spline meets at each of its two ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EndCondition<S, const D: usize = 2> {
     /// Second derivative zero at both ends.
@@ -43,7 +43,7 @@ pub enum EndCondition<S, const D: usize = 2> {
 /// [`NotAKnot`](EndCondition::NotAKnot)), a number of points that is not that of parameters, points not finite.
 pub fn interpolate<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[[S; D]],
+    points: &[impl Into<[S; D]> + Copy],
     ends: EndCondition<S, D>,
 ) -> Result<BSplineCurve<S, D>, SplineError> {
     match ends {
@@ -144,12 +144,15 @@ impl Interpolation {
         &self.knots
     }
 
-    /// The curve through `points`, one a parameter.
+    /// The curve through `points`, one per parameter.
     ///
     /// # Errors
     /// A wrong number of points, a point that is not finite, or an interpolation built by
     /// [`clamped`](Self::clamped): it needs [`curve_with_tangents`](Self::curve_with_tangents).
-    pub fn curve<S: Scalar, const D: usize>(&self, points: &[[S; D]]) -> Result<BSplineCurve<S, D>, SplineError> {
+    pub fn curve<S: Scalar, const D: usize>(
+        &self,
+        points: &[impl Into<[S; D]> + Copy],
+    ) -> Result<BSplineCurve<S, D>, SplineError> {
         match self.ends {
             Ends::Nothing => self.solve(points, None),
             Ends::ZeroCurvature => self.solve(points, Some([[S::from(0.0); D]; 2])),
@@ -163,7 +166,7 @@ impl Interpolation {
     /// As [`curve`](Self::curve), or an interpolation not built by [`clamped`](Self::clamped).
     pub fn curve_with_tangents<S: Scalar, const D: usize>(
         &self,
-        points: &[[S; D]],
+        points: &[impl Into<[S; D]> + Copy],
         start: [S; D],
         end: [S; D],
     ) -> Result<BSplineCurve<S, D>, SplineError> {
@@ -175,13 +178,13 @@ impl Interpolation {
 
     fn solve<S: Scalar, const D: usize>(
         &self,
-        points: &[[S; D]],
+        points: &[impl Into<[S; D]> + Copy],
         derivatives: Option<[[S; D]; 2]>,
     ) -> Result<BSplineCurve<S, D>, SplineError> {
         if points.len() != self.points {
             return Err(SplineError::PointCount { expected: self.points, found: points.len() });
         }
-        let mut control = points.to_vec();
+        let mut control: Vec<[S; D]> = points.iter().map(|&p| p.into()).collect();
         if let Some([start, end]) = derivatives {
             control.insert(self.points - 1, end);
             control.insert(1, start);
@@ -208,40 +211,55 @@ pub fn averaged_knots(degree: usize, parameters: &[f64]) -> Result<KnotVector, S
 
 /// Parameters on [0, 1] proportional to the length of the polygon through the points.
 ///
+/// The parameters carry the derivatives of the points. An interpolation takes plain numbers as parameters, because its
+/// knots are such: pass it the real parts.
+///
 /// # Errors
 /// Fewer than two points, a point that is not finite, or one equal to the point before it.
-pub fn chord_length_parameters<const D: usize>(points: &[[f64; D]]) -> Result<Vec<f64>, SplineError> {
-    accumulated(points, |length| length)
+pub fn chord_length_parameters<S: Scalar, const D: usize>(
+    points: &[impl Into<[S; D]> + Copy],
+) -> Result<Vec<S>, SplineError> {
+    accumulated(points, |squared| squared.sqrt())
 }
 
 /// Parameters on [0, 1] that advance by the square root of the distance between points (Lee 1989).
 ///
-/// Calmer than [`chord_length_parameters`] where the spacing of the points jumps or the curve turns sharply.
+/// Calmer than [`chord_length_parameters`] where the spacing of the points jumps or the curve turns sharply. They carry
+/// the derivatives of the points.
 ///
 /// # Errors
 /// As [`chord_length_parameters`].
-pub fn centripetal_parameters<const D: usize>(points: &[[f64; D]]) -> Result<Vec<f64>, SplineError> {
-    accumulated(points, f64::sqrt)
+pub fn centripetal_parameters<S: Scalar, const D: usize>(
+    points: &[impl Into<[S; D]> + Copy],
+) -> Result<Vec<S>, SplineError> {
+    accumulated(points, |squared| squared.sqrt().sqrt())
 }
 
-fn accumulated<const D: usize>(points: &[[f64; D]], step: fn(f64) -> f64) -> Result<Vec<f64>, SplineError> {
+/// Sums of steps between points, each a function of the squared distance, over the whole sum.
+fn accumulated<S: Scalar, const D: usize>(
+    points: &[impl Into<[S; D]> + Copy],
+    step: fn(S) -> S,
+) -> Result<Vec<S>, SplineError> {
     let n = points.len();
     if n < 2 {
         return Err(SplineError::TooFewPoints { needed: 2, found: n });
     }
-    if let Some(index) = points.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+    let points: Vec<[S; D]> = points.iter().map(|&p| p.into()).collect();
+    if let Some(index) = points.iter().position(|p| p.iter().any(|c| !c.re().is_finite())) {
         return Err(SplineError::NotFinite { index });
     }
-    let mut parameters = vec![0.0];
-    let mut sum = 0.0;
+    let mut sum = S::from(0.0);
+    let mut parameters = vec![sum];
     for pair in points.windows(2) {
-        sum += step((0..D).map(|d| (pair[1][d] - pair[0][d]).powi(2)).sum::<f64>().sqrt());
+        sum += step((0..D).map(|d| (pair[1][d] - pair[0][d]).squared()).sum::<S>());
         parameters.push(sum);
     }
-    for parameter in &mut parameters {
+    for parameter in &mut parameters[..n - 1] {
         *parameter /= sum;
     }
-    check_parameters(&parameters, 2)?;
+    // not the sum over itself, which dual numbers round
+    parameters[n - 1] = S::from(1.0);
+    check_parameters(&parameters.iter().map(|u| u.re()).collect::<Vec<_>>(), 2)?;
     Ok(parameters)
 }
 

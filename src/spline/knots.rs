@@ -93,12 +93,12 @@ impl KnotVector {
         Self::new(degree, knots)
     }
 
-    /// Polynomial degree.
+    /// Polynomial degree of the splines on these knots.
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// All knots.
+    /// All knots, in increasing order.
     pub fn as_slice(&self) -> &[f64] {
         &self.knots
     }
@@ -113,7 +113,7 @@ impl KnotVector {
         (self.knots[self.degree], self.knots[self.control_points()])
     }
 
-    /// How often a knot stands.
+    /// How often a value stands among the knots; zero where it is no knot.
     pub fn multiplicity(&self, knot: f64) -> usize {
         self.knots.iter().filter(|&&k| k == knot).count()
     }
@@ -136,7 +136,7 @@ impl KnotVector {
             .filter(|(_, start, end)| start < end)
     }
 
-    /// Greville abscissae: averages of `degree` consecutive knots, one a control point.
+    /// Greville abscissae: averages of `degree` consecutive knots, one per control point.
     ///
     /// Control points with these abscissae reproduce the identity (linear precision).
     pub fn greville(&self) -> Vec<f64> {

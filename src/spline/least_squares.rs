@@ -21,9 +21,9 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct LeastSquares {
     knots: Arc<KnotVector>,
-    /// First control point and basis values, one row a parameter.
+    /// First control point and basis values, one row per parameter.
     rows: Vec<(usize, Vec<f64>)>,
-    /// Upper triangle of the QR factorisation for the inner control points: `degree + 1` entries a row.
+    /// Upper triangle of the QR factorisation for the inner control points: `degree + 1` entries per row.
     triangle: Vec<f64>,
 }
 
@@ -60,11 +60,15 @@ impl LeastSquares {
         &self.knots
     }
 
-    /// The best curve for `points`, one a parameter.
+    /// The best curve for `points`, one per parameter, given as arrays or as `nalgebra` points or vectors.
     ///
     /// # Errors
     /// A wrong number of points, or one that is not finite.
-    pub fn curve<S: Scalar, const D: usize>(&self, points: &[[S; D]]) -> Result<BSplineCurve<S, D>, SplineError> {
+    pub fn curve<S: Scalar, const D: usize>(
+        &self,
+        points: &[impl Into<[S; D]> + Copy],
+    ) -> Result<BSplineCurve<S, D>, SplineError> {
+        let points: Vec<[S; D]> = points.iter().map(|&p| p.into()).collect();
         if points.len() != self.rows.len() {
             return Err(SplineError::PointCount { expected: self.rows.len(), found: points.len() });
         }
@@ -74,7 +78,7 @@ impl LeastSquares {
         control[n - 1] = points[points.len() - 1];
         // Corrected seminormal equations (Björck 1987): the second pass makes up for the squared condition number.
         for _ in 0..2 {
-            let mut step = self.projected_residual(points, &control);
+            let mut step = self.projected_residual(&points, &control);
             self.solve_seminormal(&mut step);
             for (c, s) in control[1..n - 1].iter_mut().zip(step) {
                 for (c, s) in c.iter_mut().zip(s) {
@@ -137,10 +141,10 @@ impl LeastSquares {
 /// The least-squares curve for `points` at `parameters` on given clamped knots, its ends at the first and last point.
 ///
 /// # Errors
-/// Those of [`LeastSquares::new`] and [`LeastSquares::curve`].
+/// As [`LeastSquares::new`] and [`LeastSquares::curve`].
 pub fn fit<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[[S; D]],
+    points: &[impl Into<[S; D]> + Copy],
     knots: impl Into<Arc<KnotVector>>,
 ) -> Result<BSplineCurve<S, D>, SplineError> {
     LeastSquares::new(parameters, knots)?.curve(points)
@@ -149,30 +153,31 @@ pub fn fit<S: Scalar, const D: usize>(
 /// A least-squares curve of some degree with as many knots as it takes to pass every point, at its parameter, within
 /// `tolerance` (in units of the points).
 ///
-/// Starts without inner knots and halves, at each pass, every span that holds a point further off than the tolerance.
+/// The knots follow from the real parts of the points. The fit starts without inner knots and halves, at each pass, every span that holds a point further off than the tolerance.
 /// Where too few points are in those spans to divide them further, the curve interpolates all points instead.
 ///
 /// # Errors
 /// [`SplineError::ToleranceNotReached`] where even the interpolating curve is further off, by round-off; otherwise those
 /// of [`fit`].
-pub fn fit_to_tolerance<const D: usize>(
+pub fn fit_to_tolerance<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[[f64; D]],
+    points: &[impl Into<[S; D]> + Copy],
     degree: usize,
     tolerance: f64,
-) -> Result<BSplineCurve<f64, D>, SplineError> {
+) -> Result<BSplineCurve<S, D>, SplineError> {
+    let points: Vec<[S; D]> = points.iter().map(|&p| p.into()).collect();
     check_parameters(parameters, 2.max(degree + 1))?;
     let (first, last) = (parameters[0], parameters[parameters.len() - 1]);
     let mut inner: Vec<f64> = vec![];
     loop {
         let knots = KnotVector::clamped(degree, first, last, inner.iter().copied())?;
-        let curve = match fit(parameters, points, knots) {
+        let curve = match fit(parameters, &points, knots) {
             Ok(curve) => curve,
             // determined, but beyond double precision
-            Err(SplineError::Singular) => return interpolate_all(parameters, points, degree, tolerance),
+            Err(SplineError::Singular) => return interpolate_all(parameters, &points, degree, tolerance),
             Err(error) => return Err(error),
         };
-        let errors = distances(&curve, parameters, points);
+        let errors = distances(&curve, parameters, &points);
         if largest(&errors) <= tolerance {
             return Ok(curve);
         }
@@ -192,18 +197,18 @@ pub fn fit_to_tolerance<const D: usize>(
             }
         }
         if inner.len() == before {
-            return interpolate_all(parameters, points, degree, tolerance);
+            return interpolate_all(parameters, &points, degree, tolerance);
         }
     }
 }
 
 /// The curve through all points, where it is within the tolerance.
-fn interpolate_all<const D: usize>(
+fn interpolate_all<S: Scalar, const D: usize>(
     parameters: &[f64],
-    points: &[[f64; D]],
+    points: &[[S; D]],
     degree: usize,
     tolerance: f64,
-) -> Result<BSplineCurve<f64, D>, SplineError> {
+) -> Result<BSplineCurve<S, D>, SplineError> {
     let curve = Interpolation::at_knots(parameters, averaged_knots(degree, parameters)?)?.curve(points)?;
     let error = largest(&distances(&curve, parameters, points));
     if error <= tolerance {
@@ -223,16 +228,17 @@ fn middle_gap(parameters: &[f64], start: f64, end: f64) -> Option<f64> {
 }
 
 /// Distances of the points from the curve at their parameters.
-fn distances<const D: usize>(curve: &BSplineCurve<f64, D>, parameters: &[f64], points: &[[f64; D]]) -> Vec<f64> {
+fn distances<S: Scalar, const D: usize>(curve: &BSplineCurve<S, D>, parameters: &[f64], points: &[[S; D]]) -> Vec<f64> {
     parameters.iter().zip(points).map(|(&u, p)| distance(&curve.point_at(u), p)).collect()
+}
+
+/// Distance of the real parts of two points.
+fn distance<S: Scalar, const D: usize>(a: &[S; D], b: &[S; D]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a.re() - b.re()).powi(2)).sum::<f64>().sqrt()
 }
 
 fn largest(errors: &[f64]) -> f64 {
     errors.iter().fold(0.0, |m: f64, &e| m.max(e))
-}
-
-fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
 fn is_clamped(knots: &KnotVector) -> bool {

@@ -32,5 +32,8 @@ pub use knots::{BasisValues, KnotVector};
 pub use least_squares::{LeastSquares, fit, fit_to_tolerance};
 pub use quadrature::GaussRule;
 pub use query::{BoundingBox, ClosestPoint};
+pub(crate) use query::{distance_slope, foot};
+pub(crate) use refine::blossom;
+pub(crate) use roots::{halve, isolated};
 pub(crate) use tensor::for_each_index;
 pub use tensor::{BSplineSurface, BSplineVolume, TensorSpline, for_each_weight};

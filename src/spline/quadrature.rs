@@ -1,6 +1,7 @@
 //! Gauss-Legendre quadrature.
 
 use crate::scalar::Scalar;
+use num_dual::{Dual64, first_derivative};
 
 /// Nodes and weights of Gauss-Legendre quadrature, exact for polynomials of degree `2 · points − 1`.
 ///
@@ -20,6 +21,7 @@ impl GaussRule {
     /// The rule with `points` nodes (none counts as one), by Newton's method on the Legendre polynomial to round-off.
     pub fn new(points: usize) -> Self {
         let n = points.max(1);
+        let at = |x: f64| first_derivative(|x: Dual64| legendre(n, x), x);
         let mut nodes = vec![(0.0, 0.0); n];
         for i in 0..n.div_ceil(2) {
             // asymptotic for the i-th largest root; within the basin of Newton's method for every n
@@ -27,12 +29,12 @@ impl GaussRule {
             if 2 * i + 1 == n {
                 x = 0.0;
             }
-            let mut slope = legendre(n, x).1;
+            let mut slope = at(x).1;
             for _ in 0..10 {
-                let (value, derivative) = legendre(n, x);
+                let (value, derivative) = at(x);
                 let step = value / derivative;
                 x -= step;
-                slope = legendre(n, x).1;
+                slope = at(x).1;
                 if step.abs() <= f64::EPSILON {
                     break;
                 }
@@ -75,14 +77,14 @@ impl GaussRule {
     }
 }
 
-/// Legendre polynomial of degree `n >= 1` and its derivative at `|x| < 1`.
-fn legendre(n: usize, x: f64) -> (f64, f64) {
-    let (mut before, mut value) = (1.0, x);
+/// Legendre polynomial of degree `n >= 1`.
+fn legendre<S: Scalar>(n: usize, x: S) -> S {
+    let (mut before, mut value) = (S::from(1.0), x);
     for k in 2..=n {
         let k = k as f64;
-        (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
+        (before, value) = (value, (x * value * (2.0 * k - 1.0) - before * (k - 1.0)) / k);
     }
-    (value, n as f64 * (before - x * value) / ((1.0 - x) * (1.0 + x)))
+    value
 }
 
 #[cfg(test)]

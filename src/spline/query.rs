@@ -7,27 +7,26 @@ use super::roots::{bracketed, isolate, isolated, product, slopes};
 use super::{BSplineCurve, SplineError};
 use crate::differentiate::lift_root;
 use crate::scalar::Scalar;
+use num_dual::{Dual64, first_derivative};
 
 /// An axis-parallel box: its two extreme corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundingBox<S, const D: usize = 2> {
-    /// Smallest coordinates.
+    /// Smallest coordinate in each direction.
     pub lower: [S; D],
-    /// Largest coordinates.
+    /// Largest coordinate in each direction.
     pub upper: [S; D],
 }
 
 impl<S: Scalar, const D: usize> BoundingBox<S, D> {
-    fn of(points: impl IntoIterator<Item = [S; D]>) -> Option<Self> {
-        let mut points = points.into_iter();
-        let first = points.next()?;
+    fn of(first: [S; D], rest: &[[S; D]]) -> Self {
         let mut result = Self { lower: first, upper: first };
-        for point in points {
-            for (axis, coordinate) in point.into_iter().enumerate() {
-                result.include(axis, coordinate);
+        for point in rest {
+            for (axis, coordinate) in point.iter().enumerate() {
+                result.include(axis, *coordinate);
             }
         }
-        Some(result)
+        result
     }
 
     fn include(&mut self, axis: usize, coordinate: S) {
@@ -43,27 +42,27 @@ impl<S: Scalar, const D: usize> BoundingBox<S, D> {
 /// The point of a curve nearest to a given one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosestPoint<S, const D: usize = 2> {
-    /// Its parameter.
+    /// Parameter of the nearest point.
     pub parameter: S,
-    /// The point.
+    /// The nearest point itself.
     pub point: [S; D],
     /// Square of the distance; smooth also where the distance is zero.
     pub squared_distance: S,
 }
 
 impl<S: Scalar, const D: usize> ClosestPoint<S, D> {
-    /// The distance. At distance zero, where it has a kink, zero without derivatives.
+    /// The distance. At distance zero, where it has a kink, its derivatives are not finite.
     pub fn distance(&self) -> S {
-        if self.squared_distance.re() == 0.0 { S::from(0.0) } else { self.squared_distance.sqrt() }
+        self.squared_distance.sqrt()
     }
 }
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
-    /// The box of the control points, which contains the curve.
+    /// The bounding box of the control points, which contains the curve.
     pub fn bounding_box(&self) -> BoundingBox<S, D> {
-        let nothing = BoundingBox { lower: [S::from(0.0); D], upper: [S::from(0.0); D] };
         // a curve has control points
-        BoundingBox::of(self.control_points().iter().copied()).unwrap_or(nothing)
+        let points = self.control_points();
+        BoundingBox::of(points[0], &points[1..])
     }
 
     /// The smallest box that contains the curve, from the extrema of each coordinate.
@@ -71,40 +70,53 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// Differentiable except where two extrema of a coordinate are equal.
     ///
     /// # Errors
-    /// None that a valid curve can meet.
+    /// [`SplineError::NoDerivative`] where second derivatives are wanted and the curve has no curvature at an extremum.
     pub fn tight_bounding_box(&self) -> Result<BoundingBox<S, D>, SplineError> {
         let (first, last) = self.domain();
-        let mut result = BoundingBox { lower: self.point_at(first), upper: self.point_at(first) };
-        for piece in self.real().to_bezier()? {
+        let mut result = BoundingBox::of(self.point_at(first), &[]);
+        let real = self.real();
+        for piece in real.to_bezier()? {
             let (start, end) = piece.domain();
             for axis in 0..D {
                 let coefficients: Vec<f64> = piece.control_points().iter().map(|p| p[axis]).collect();
                 let noise = 1e-15 * coefficients.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+                let mut extrema = vec![];
                 isolate(&slopes(&coefficients), noise, |low, high, rising| {
                     let range = [low, high].map(|t| start + t * (end - start));
-                    let u = isolated(range[0], range[1], rising, |u| {
+                    extrema.push(isolated(range[0], range[1], rising, |u| {
                         let rows = piece.derivatives(u, 2);
                         (rows[1][axis], rows[2][axis])
-                    });
-                    result.include(axis, self.extremum(axis, u));
+                    }));
                 });
+                for u in extrema {
+                    let at = piece.point_at(u)[axis];
+                    if at < result.lower[axis].re() || at > result.upper[axis].re() {
+                        result.include(axis, self.extremum(axis, u)?);
+                    }
+                }
             }
-            for (axis, coordinate) in self.point_at(end.min(last)).into_iter().enumerate() {
-                result.include(axis, coordinate);
+            let (before, after) = (piece.tangent_at(end), real.tangent_at(end));
+            for (axis, coordinate) in self.point_at(end).into_iter().enumerate() {
+                let noise = 1e-12 * piece.control_points().iter().fold(0.0, |m: f64, p| m.max(p[axis].abs()));
+                let slope = before[axis].abs().max(after[axis].abs()) * (end - start);
+                // an extremum at a knot moves away from it
+                let outside = coordinate < result.lower[axis] || coordinate > result.upper[axis];
+                let moves = end < last && outside && slope <= noise;
+                result.include(axis, if moves { self.extremum(axis, end)? } else { coordinate });
             }
         }
         Ok(result)
     }
 
     /// The value of a coordinate where its slope vanishes, with derivatives.
-    fn extremum(&self, axis: usize, root: f64) -> S {
-        let bend = self.derivatives(S::from(root), 2)[2][axis].re();
-        // the first derivative of an extremum does not depend on where it moves; where the curve is flat that is all
-        if S::NDERIV < 2 || bend == 0.0 {
-            return self.point_at(root)[axis];
+    fn extremum(&self, axis: usize, root: f64) -> Result<S, SplineError> {
+        // the first derivative of an extremum does not depend on where it moves
+        if S::NDERIV < 2 {
+            return Ok(self.point_at(root)[axis]);
         }
+        let bend = || self.real().derivatives(root, 2)[2][axis];
         let u = lift_root(root, bend, |u: S| self.point_and_tangent(u).1[axis]);
-        self.evaluate(u)[axis]
+        Ok(self.evaluate(u.map_err(|_| SplineError::NoDerivative { parameter: root })?)[axis])
     }
 
     /// The point of the curve nearest to `point`, over the whole curve.
@@ -123,7 +135,8 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// # Errors
     /// A point that is not finite; [`SplineError::NoDerivative`] where derivatives are wanted and the given point is the
     /// centre of curvature of the nearest one.
-    pub fn closest_point(&self, point: [S; D]) -> Result<ClosestPoint<S, D>, SplineError> {
+    pub fn closest_point(&self, point: impl Into<[S; D]>) -> Result<ClosestPoint<S, D>, SplineError> {
+        let point = point.into();
         let centre = point.map(|c| c.re());
         if centre.iter().any(|c| !c.is_finite()) {
             return Err(SplineError::NotFinite { index: 0 });
@@ -131,17 +144,15 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         let real = self.real();
         let found = nearest(&real, &centre)?;
         let mut parameter = S::from(found.parameter);
-        if S::NDERIV > 0 && found.stationary {
-            let rows = real.derivatives(found.parameter, 2);
-            let away: [f64; D] = std::array::from_fn(|d| rows[0][d] - centre[d]);
-            let slope = dot(&rows[1], &rows[1]) + dot(&away, &rows[2]);
-            if slope <= 1e-14 * dot(&rows[1], &rows[1]) {
-                return Err(SplineError::NoDerivative { parameter: found.parameter });
-            }
-            parameter = lift_root(found.parameter, slope, |u: S| {
-                let (on, tangent) = self.point_and_tangent(u);
-                (0..D).map(|d| (on[d] - point[d]) * tangent[d]).sum()
-            });
+        if found.stationary {
+            let slope = || {
+                let slope = distance_slope(&real, &centre, found.parameter).1;
+                let tangent = real.tangent_at(found.parameter);
+                // at a nearest point the slope is positive, or round-off of nothing
+                if slope <= 1e-14 * dot(&tangent, &tangent) { 0.0 } else { slope }
+            };
+            parameter = lift_root(found.parameter, slope, |u: S| foot(self.point_and_tangent(u), point))
+                .map_err(|_| SplineError::NoDerivative { parameter: found.parameter })?;
         }
         let on = self.evaluate(parameter);
         let squared_distance = (0..D).map(|d| (on[d] - point[d]).squared()).sum();
@@ -154,7 +165,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// one is found.
     ///
     /// # Errors
-    /// No such coordinate, a range outside of the domain, [`SplineError::NoCrossing`];
+    /// A coordinate that the curve does not have, a range outside of the domain, [`SplineError::NoCrossing`];
     /// [`SplineError::NoDerivative`] where derivatives are wanted and the curve crosses the value tangentially.
     pub fn parameter_at_coordinate(&self, axis: usize, value: S, low: f64, high: f64) -> Result<S, SplineError> {
         if axis >= D {
@@ -176,14 +187,8 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
             let (point, tangent) = real.point_and_tangent(u);
             (point[axis] - wanted, tangent[axis])
         });
-        if S::NDERIV == 0 {
-            return Ok(S::from(root));
-        }
-        let slope = real.tangent_at(root)[axis];
-        if slope == 0.0 {
-            return Err(SplineError::NoDerivative { parameter: root });
-        }
-        Ok(lift_root(root, slope, |u: S| self.evaluate(u)[axis] - value))
+        lift_root(root, || real.tangent_at(root)[axis], |u: S| self.evaluate(u)[axis] - value)
+            .map_err(|_| SplineError::NoDerivative { parameter: root })
     }
 }
 
@@ -275,11 +280,14 @@ fn is_foot<const D: usize>(curve: &BSplineCurve<f64, D>, centre: &[f64; D], u: f
     u > first && u < last && curve.split(u).is_ok_and(|(left, right)| flat(&left) && flat(&right))
 }
 
-/// Half the derivative of the squared distance, and its slope.
-fn distance_slope<const D: usize>(curve: &BSplineCurve<f64, D>, centre: &[f64; D], u: f64) -> (f64, f64) {
-    let rows = curve.derivatives(u, 2);
-    let away: [f64; D] = std::array::from_fn(|d| rows[0][d] - centre[d]);
-    (dot(&away, &rows[1]), dot(&rows[1], &rows[1]) + dot(&away, &rows[2]))
+/// Half the derivative of the squared distance of a point of a curve, given with its tangent, from `centre`.
+pub(crate) fn foot<S: Scalar, const D: usize>((on, tangent): ([S; D], [S; D]), centre: [S; D]) -> S {
+    (0..D).map(|d| (on[d] - centre[d]) * tangent[d]).sum()
+}
+
+/// Half the derivative of the squared distance from `centre` at `u`, and the slope of that.
+pub(crate) fn distance_slope<const D: usize>(curve: &BSplineCurve<f64, D>, centre: &[f64; D], u: f64) -> (f64, f64) {
+    first_derivative(|u: Dual64| foot(curve.point_and_tangent(u), centre.map(Dual64::from)), u)
 }
 
 /// Bernstein coefficients of the squared distance of a Bézier piece from a point.
@@ -336,7 +344,8 @@ mod tests {
         fn boxes_are_tight(curve in any_curve()) {
             let curve = curve.real();
             let (outer, tight) = (curve.bounding_box(), curve.tight_bounding_box().unwrap());
-            let sampled = BoundingBox::of(samples(&curve)).unwrap();
+            let points = samples(&curve);
+            let sampled = BoundingBox::of(points[0], &points);
             for d in 0..2 {
                 prop_assert!(outer.lower[d] <= tight.lower[d] + 1e-14 && tight.upper[d] <= outer.upper[d] + 1e-14);
                 prop_assert!(tight.lower[d] <= sampled.lower[d] + 1e-14 && sampled.upper[d] <= tight.upper[d] + 1e-14);
@@ -384,6 +393,22 @@ mod tests {
             assert!((e - c.value).abs() <= c.error, "{e} {c:?}");
             assert!(c.error < 1e-7 * (1.0 + e.abs()), "{c:?}");
         }
+    }
+
+    #[test]
+    fn an_extremum_at_a_knot_moves_away_from_it() {
+        fn lowest<S: Scalar>(x: S) -> S {
+            let mut points = [1.0, 0.0, -1.0, 0.0, 1.0].map(|y| [S::from(y); 2]).to_vec();
+            points[1][1] += x;
+            let curve = BSplineCurve::new(KnotVector::clamped_uniform(3, 5).unwrap(), points).unwrap();
+            curve.tight_bounding_box().unwrap().lower[1]
+        }
+        let exact = lowest(Dual2_64::from(0.0).derivative());
+        let slope = |x: f64| Ok::<_, SplineError>(lowest(Dual64::new(x, 1.0)).eps);
+        let steps = StepRange { first: 1e-3, levels: 6 };
+        let estimate = finite_difference(slope, 0.0, steps).unwrap();
+        assert!(exact.v2 < -1e-3, "{exact}");
+        assert!((exact.v2 - estimate.value).abs() <= 1e-6 + 10.0 * estimate.error, "{exact} {estimate:?}");
     }
 
     #[test]

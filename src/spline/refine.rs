@@ -1,4 +1,4 @@
-//! Knot insertion: the same spline with more knots, for curves and along each axis of tensor products.
+//! Knot insertion: a spline keeps its shape with more knots, for curves and along each axis of tensor products.
 //!
 //! Every operation that keeps the shape is a constant linear map of the control points. Its rows come from blossoms:
 //! the control point of a spline on new knots is the blossom (polar form) of the old one at consecutive new knots
@@ -31,7 +31,7 @@ impl MapRow {
 /// Weights of the control points `span - degree ..= span` in the blossom of the span at `degree` arguments.
 ///
 /// With all arguments equal these are the basis functions.
-pub(super) fn blossom(knots: &KnotVector, span: usize, arguments: impl IntoIterator<Item = f64>) -> BasisValues<f64> {
+pub(crate) fn blossom(knots: &KnotVector, span: usize, arguments: impl IntoIterator<Item = f64>) -> BasisValues<f64> {
     let t = knots.as_slice();
     let mut values: BasisValues<f64> = SmallVec::from_elem(0.0, knots.degree() + 1);
     values[0] = 1.0;
@@ -75,12 +75,18 @@ fn merged(old: &KnotVector, inserted: &[f64]) -> Result<KnotVector, SplineError>
 }
 
 /// Old control points through a map's rows.
-pub(super) fn apply<S: Scalar, const D: usize>(rows: &[MapRow], points: &[[S; D]]) -> Vec<[S; D]> {
-    rows.iter().map(|row| row.apply(points, 0, 1)).collect()
+pub(super) fn apply<S: Scalar, const D: usize>(
+    rows: impl IntoIterator<Item = MapRow>,
+    points: &[[S; D]],
+) -> Vec<[S; D]> {
+    rows.into_iter().map(|row| row.apply(points, 0, 1)).collect()
 }
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
-    /// The same curve with the knot `u` inserted `times` more times.
+    /// This curve with the knot `u` inserted `times` more times.
+    ///
+    /// The control points may be of any scalar; `u` is a plain number, as all knots are, because a moving knot would make
+    /// the curve nonlinear in what it is built from.
     ///
     /// # Errors
     /// `u` outside of the domain, or a knot that would stand more often than the degree.
@@ -88,7 +94,7 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         self.refine(&vec![u; times])
     }
 
-    /// The same curve with more knots, in any order; a knot given twice is inserted twice.
+    /// This curve with more knots, in any order; a knot given twice is inserted twice.
     ///
     /// Exact up to round-off; control points that no inserted knot concerns stay bit for bit.
     ///
@@ -104,16 +110,16 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// As [`insert_knot`](Self::insert_knot).
     pub fn refine(&self, knots: &[f64]) -> Result<Self, SplineError> {
         let new = merged(self.knots(), knots)?;
-        let points = apply(&refinement(self.knots(), &new), self.control_points());
+        let points = apply(refinement(self.knots(), &new), self.control_points());
         Self::new(new, points)
     }
 }
 
 impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
-    /// The same spline with more knots along one axis (counted from 0), in any order.
+    /// This spline with more knots along one axis (counted from 0), in any order.
     ///
     /// # Errors
-    /// No such axis, a knot outside of the domain, or one that would stand more often than the degree.
+    /// An axis that the spline does not have, a knot outside of the domain, or one that would stand more often than the degree.
     pub fn refine(&self, axis: usize, knots: &[f64]) -> Result<Self, SplineError> {
         let old = self.axes().get(axis).ok_or(SplineError::NoSuchAxis { axis, axes: P })?;
         let new = merged(old, knots)?;
@@ -121,7 +127,7 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
         self.along(axis, new, &rows)
     }
 
-    /// The same spline with `u` inserted `times` more times among the knots of one axis.
+    /// This spline with `u`, a plain number as all knots are, inserted `times` more times among the knots of one axis.
     ///
     /// # Errors
     /// As [`refine`](Self::refine).

@@ -17,7 +17,7 @@ pub(super) fn isolate(coefficients: &[f64], noise: f64, mut visit: impl FnMut(f6
                     visit(middle, middle, true);
                     continue;
                 }
-                let right = halve(&mut left);
+                let right = halve(&mut left, |a, b| 0.5 * (a + b));
                 if right[0].abs() <= noise {
                     visit(middle, middle, true);
                 }
@@ -34,13 +34,13 @@ fn sign_changes(coefficients: &[f64], noise: f64) -> usize {
     signs.filter(|&s| last.replace(s) != Some(s)).count()
 }
 
-/// De Casteljau at one half: leaves the left half in place and gives the right one.
-fn halve(coefficients: &mut [f64]) -> Vec<f64> {
+/// De Casteljau at one half: leaves the left half in place and gives the right one. `middle` takes the mean of two.
+pub(crate) fn halve<T: Copy>(coefficients: &mut [T], middle: impl Fn(T, T) -> T) -> Vec<T> {
     let n = coefficients.len();
     let mut right = coefficients.to_vec();
     for level in 1..n {
         for i in (level..n).rev() {
-            coefficients[i] = 0.5 * (coefficients[i - 1] + coefficients[i]);
+            coefficients[i] = middle(coefficients[i - 1], coefficients[i]);
         }
         right[n - 1 - level] = coefficients[n - 1];
     }
@@ -84,7 +84,7 @@ pub(super) fn bracketed(low: f64, high: f64, mut f: impl FnMut(f64) -> (f64, f64
 /// values at the two ends may be zero or noise and are not looked at.
 ///
 /// Newton's method, replaced by bisection where it would leave the bracket or is slow.
-pub(super) fn isolated(mut low: f64, mut high: f64, rising: bool, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
+pub(crate) fn isolated(mut low: f64, mut high: f64, rising: bool, mut f: impl FnMut(f64) -> (f64, f64)) -> f64 {
     let resolution = f64::EPSILON * low.abs().max(high.abs());
     let mut u = 0.5 * (low + high);
     let mut last_step = high - low;

@@ -1,11 +1,13 @@
 //! Cutting curves: in two, into Bézier pieces, and running them backwards.
 
-use super::refine::blossom;
+use super::refine::{MapRow, apply, blossom};
 use super::{BSplineCurve, KnotVector, SplineError};
 use crate::scalar::Scalar;
 
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// The two curves before and after a parameter strictly inside of the domain; each keeps its parameters.
+    ///
+    /// The control points may be of any scalar; `u` becomes a knot of both curves, and is a plain number as all knots are.
     ///
     /// # Errors
     /// `u` not strictly inside of the domain.
@@ -30,31 +32,25 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         ))
     }
 
-    /// The polynomial pieces, one a knot span that is not empty, each a curve without inner knots on its own span.
+    /// The polynomial pieces, one per knot span that is not empty, each a curve without inner knots on its own span.
     ///
     /// # Errors
     /// None that a valid curve can meet.
     pub fn to_bezier(&self) -> Result<Vec<Self>, SplineError> {
         let p = self.degree();
-        self.knots()
-            .spans()
-            .map(|(span, start, end)| {
-                let points = (0..=p)
-                    .map(|i| {
-                        let arguments = std::iter::repeat_n(start, p - i).chain(std::iter::repeat_n(end, i));
-                        let weights = blossom(self.knots(), span, arguments);
-                        let mut sum = [S::from(0.0); D];
-                        for (weight, point) in weights.iter().zip(&self.control_points()[span - p..]) {
-                            for (s, c) in sum.iter_mut().zip(point) {
-                                *s += *c * *weight;
-                            }
-                        }
-                        sum
-                    })
-                    .collect();
-                Self::new(KnotVector::clamped(p, start, end, [])?, points)
-            })
-            .collect()
+        self.pieces().map(|(start, end, points)| Self::new(KnotVector::clamped(p, start, end, [])?, points)).collect()
+    }
+
+    /// Start, end and Bézier control points of the piece on each knot span that is not empty.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = (f64, f64, Vec<[S; D]>)> + '_ {
+        let p = self.degree();
+        self.knots().spans().map(move |(span, start, end)| {
+            let points = (0..=p).map(|i| {
+                let arguments = std::iter::repeat_n(start, p - i).chain(std::iter::repeat_n(end, i));
+                MapRow { first: span - p, weights: blossom(self.knots(), span, arguments) }
+            });
+            (start, end, apply(points, self.control_points()))
+        })
     }
 
     /// The curve run through backwards on the same domain: its point at `u` is that at `first + last - u`.

@@ -1,7 +1,7 @@
 //! Tensor-product B-splines of any number of parameters: surfaces, volumes and the maps that FFD boxes are.
 
 use super::{KnotVector, SplineError};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 use std::sync::Arc;
 
 /// A tensor-product B-spline of `P` parameters in `D` dimensions.
@@ -27,16 +27,21 @@ pub struct TensorSpline<S, const P: usize, const D: usize> {
 /// A B-spline surface, in space unless told otherwise.
 pub type BSplineSurface<S, const D: usize = 3> = TensorSpline<S, 2, D>;
 
-/// A B-spline volume.
+/// A B-spline volume: three parameters in space.
 pub type BSplineVolume<S> = TensorSpline<S, 3, 3>;
 
 impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
-    /// A spline from one knot vector a parameter and its control points.
+    /// A spline from one knot vector per parameter and its control points, given as arrays or as `nalgebra` points or
+    /// vectors.
     ///
     /// # Errors
     /// A wrong number of control points, or one that is not finite.
-    pub fn new(axes: impl Into<Arc<[KnotVector; P]>>, control_points: Vec<[S; D]>) -> Result<Self, SplineError> {
+    pub fn new(
+        axes: impl Into<Arc<[KnotVector; P]>>,
+        control_points: Vec<impl Into<[S; D]>>,
+    ) -> Result<Self, SplineError> {
         let axes = axes.into();
+        let control_points: Vec<[S; D]> = control_points.into_iter().map(Into::into).collect();
         let expected = axes.iter().map(KnotVector::control_points).product();
         if control_points.len() != expected {
             return Err(SplineError::ControlPointCount { expected, found: control_points.len() });
@@ -47,12 +52,12 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
         Ok(Self { axes, control_points })
     }
 
-    /// The knot vectors.
+    /// The knot vectors, one per parameter.
     pub fn axes(&self) -> &Arc<[KnotVector; P]> {
         &self.axes
     }
 
-    /// The control points, first parameter fastest.
+    /// The control points, the first parameter running fastest.
     pub fn control_points(&self) -> &[[S; D]] {
         &self.control_points
     }
@@ -62,27 +67,31 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
         std::array::from_fn(|axis| self.axes[axis].control_points())
     }
 
-    /// The same knots with other control points, of any scalar.
+    /// A spline on the knots of this one with other control points, of any scalar.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn with_control_points<T: Scalar>(&self, points: Vec<[T; D]>) -> Result<TensorSpline<T, P, D>, SplineError> {
+    pub fn with_control_points<T: Scalar>(
+        &self,
+        points: Vec<impl Into<[T; D]>>,
+    ) -> Result<TensorSpline<T, P, D>, SplineError> {
         TensorSpline::new(Arc::clone(&self.axes), points)
     }
 
     /// The point at parameters `u`; outside of the domain the end polynomials continue.
     pub fn evaluate(&self, u: [S; P]) -> [S; D] {
-        let mut point = [S::from(0.0); D];
-        for_each_weight(&self.axes, u, |index, weight| {
-            for (p, c) in point.iter_mut().zip(&self.control_points[index]) {
-                *p += *c * weight;
-            }
-        });
-        point
+        self.at(u)
     }
 
     /// The point at constant parameters; cheaper than [`evaluate`](Self::evaluate) for duals.
     pub fn point_at(&self, u: [f64; P]) -> [S; D] {
+        self.at(u)
+    }
+
+    fn at<W: Scalar>(&self, u: [W; P]) -> [S; D]
+    where
+        S: Over<W>,
+    {
         let mut point = [S::from(0.0); D];
         for_each_weight(&self.axes, u, |index, weight| {
             for (p, c) in point.iter_mut().zip(&self.control_points[index]) {

@@ -8,6 +8,8 @@ pub use repair::Repair;
 use super::measures::{farthest_parameter, outline_crossing};
 use super::stations::with_ends;
 use super::{CoordinateError, Section, SectionError, TrailingEdge};
+use crate::plane::{distance, middle};
+use crate::scalar::Scalar;
 use crate::spline::{EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate};
 use parse::{Listing, Point};
 use repair::{Outline, assemble};
@@ -34,9 +36,9 @@ use std::path::Path;
 /// assert!((section.curve().evaluate(section.nose_parameter())[0]).abs() < 0.01);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Coordinates {
+pub struct Coordinates<S = f64> {
     name: String,
-    points: Vec<[f64; 2]>,
+    points: Vec<[S; 2]>,
     trailing_edge: TrailingEdge,
     repairs: Vec<Repair>,
     fit: Fit,
@@ -69,44 +71,68 @@ impl Coordinates {
     /// The section in the bytes of a coordinate file.
     ///
     /// # Errors
-    /// What is wrong, with the number of the line.
+    /// Bytes that hold no section; the error says what is wrong, and in which line.
     pub fn parse(bytes: &[u8]) -> Result<Self, CoordinateError> {
         Self::from_listing(parse::parse(bytes)?)
     }
 
-    /// The section with the given outline; mended as a file would be.
+    fn from_listing(listing: Listing) -> Result<Self, CoordinateError> {
+        let given: Vec<[f64; 2]> = listing.points.iter().map(|p| p.xy).collect();
+        Self::mended(listing, &given)
+    }
+}
+
+impl<S: Scalar> Coordinates<S> {
+    /// The section with the given outline (arrays, or `nalgebra` points or vectors, of any scalar); mended as a file
+    /// would be.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse), with lines counted from zero points.
-    pub fn from_points(name: &str, points: &[[f64; 2]]) -> Result<Self, CoordinateError> {
-        if let Some(&value) = points.iter().flatten().find(|c| !parse::usable(**c)) {
+    /// As [`parse`](Coordinates::parse), with lines counted from zero points.
+    pub fn from_points(name: &str, points: &[impl Into<[S; 2]> + Copy]) -> Result<Self, CoordinateError> {
+        let given: Vec<[S; 2]> = points.iter().map(|&p| p.into()).collect();
+        if let Some(value) = given.iter().flatten().map(|c| c.re()).find(|c| !parse::usable(*c)) {
             return Err(CoordinateError::Value { line: 0, value });
         }
-        if points.len() > parse::MOST {
-            return Err(CoordinateError::TooManyPoints { found: points.len(), most: parse::MOST });
+        if given.len() > parse::MOST {
+            return Err(CoordinateError::TooManyPoints { found: given.len(), most: parse::MOST });
         }
-        let points = points.iter().map(|&xy| Point { xy, line: 0 }).collect();
-        Self::from_listing(Listing { title: Some(name.into()), points, ..Listing::default() })
+        let points = given.iter().map(|p| Point { xy: p.map(|c| c.re()), line: 0, source: 0 }).collect();
+        Self::mended(Listing { title: Some(name.into()), points, ..Listing::default() }, &given)
     }
 
-    fn from_listing(listing: Listing) -> Result<Self, CoordinateError> {
-        let name = listing.title.clone().unwrap_or_default();
+    /// Mends a listing by its real parts; its points in the order of the file are `given`.
+    fn mended(mut listing: Listing, given: &[[S; 2]]) -> Result<Self, CoordinateError> {
+        let name = listing.title.take().unwrap_or_default();
+        for (source, point) in listing.points.iter_mut().enumerate() {
+            point.source = source;
+        }
         let Outline { points, trailing_edge, repairs } = assemble(listing)?;
-        let points = points.iter().map(|p| p.xy).collect();
-        Ok(Self { name, points, trailing_edge, repairs, fit: Fit::Interpolate })
+        // a closed trailing edge lies at a mean of two points, everything else where it was given
+        let derivatives = |source: usize| given[source].map(|c| c - c.re());
+        let n = points.len();
+        let points = (0..n).map(|i| {
+            let own = derivatives(points[i].source);
+            let own = if trailing_edge == TrailingEdge::Sharp && (i == 0 || i + 1 == n) {
+                middle(derivatives(points[0].source), derivatives(points[n - 1].source))
+            } else {
+                own
+            };
+            [0, 1].map(|d| own[d] + points[i].xy[d])
+        });
+        Ok(Self { name, points: points.collect(), trailing_edge, repairs, fit: Fit::Interpolate })
     }
 
-    /// Title of the file.
+    /// Name of the section: the title of its file.
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// The points from the upper to the lower trailing edge; a sharp trailing edge stands at both ends.
-    pub fn points(&self) -> &[[f64; 2]] {
+    pub fn points(&self) -> &[[S; 2]] {
         &self.points
     }
 
-    /// What was mended.
+    /// Everything that was mended, in the order in which it was done.
     pub fn repairs(&self) -> &[Repair] {
         &self.repairs
     }
@@ -117,9 +143,13 @@ impl Coordinates {
     }
 
     /// Largest distance of a point from the middle of the trailing edge, in the unit of the file.
-    pub fn chord(&self) -> f64 {
+    pub fn chord(&self) -> S {
         let tail = self.tail();
-        self.points.iter().map(|p| (p[0] - tail[0]).hypot(p[1] - tail[1])).fold(0.0, f64::max)
+        let farther = |most: S, point: &[S; 2]| {
+            let distance = distance(*point, tail);
+            if distance > most { distance } else { most }
+        };
+        self.points.iter().fold(S::from(0.0), farther)
     }
 
     /// The points turned, moved and scaled so that the nose of the curve is the origin and the middle of the trailing
@@ -133,7 +163,7 @@ impl Coordinates {
         Ok(Self { points, ..self.clone() })
     }
 
-    /// The same points with a curve that passes them within `tolerance` (in the unit of the file) with as few knots as
+    /// These points with a curve that passes them within `tolerance` (in the unit of the file) with as few knots as
     /// needed, instead of through them. This smooths rounded coordinates.
     ///
     /// # Errors
@@ -143,7 +173,7 @@ impl Coordinates {
         Ok(Self { fit: Fit::Tolerance(tolerance), ..self })
     }
 
-    /// The same points with a least-squares curve of so many control points instead of an interpolating one.
+    /// These points with a least-squares curve of so many control points instead of an interpolating one.
     ///
     /// # Errors
     /// Fewer than seven control points, or more than there are points.
@@ -159,10 +189,14 @@ impl Coordinates {
     /// The section: a C2 cubic spline through the points (natural ends, chord-length parameters), or near them if a fit
     /// was asked for. Its nose parameter is that of the point farthest from the trailing edge.
     ///
+    /// Parameters and knots follow from the real parts of the points and are plain numbers, so that the control points
+    /// are linear in the points.
+    ///
     /// # Errors
     /// A curve that crosses itself between the points, a fit that is not possible.
-    pub fn section(&self) -> Result<Section<f64>, SectionError> {
-        let parameters = chord_length_parameters(&self.points)?;
+    pub fn section(&self) -> Result<Section<S>, SectionError> {
+        let real: Vec<[f64; 2]> = self.points.iter().map(|p| p.map(|c| c.re())).collect();
+        let parameters: Vec<f64> = chord_length_parameters(&real)?;
         let mut curve = match self.fit {
             Fit::Interpolate => interpolate(&parameters, &self.points, EndCondition::Natural)?,
             Fit::Tolerance(tolerance) => fit_to_tolerance(&parameters, &self.points, 3, tolerance)?,
@@ -171,21 +205,20 @@ impl Coordinates {
         if let [first, .., last] = self.points[..] {
             curve = with_ends(&curve, first, last)?;
         }
-        if let Some(crossing) = outline_crossing(&curve) {
+        let real = curve.real();
+        if let Some(crossing) = outline_crossing(&real) {
             let [x, y] = crossing.point;
             return Err(CoordinateError::CurveCrossing { x, y }.into());
         }
-        let nose = farthest_parameter(&curve, self.tail())?;
+        let nose = farthest_parameter(&real, self.tail().map(|c| c.re()))?;
         let section = Section::new(curve, self.trailing_edge, nose, self.name.as_str())?;
-        let area = section.area();
-        if area > 0.0 { Ok(section) } else { Err(CoordinateError::NoArea { chord: self.chord(), area }.into()) }
+        let area = section.area().re();
+        if area > 0.0 { Ok(section) } else { Err(CoordinateError::NoArea { chord: self.chord().re(), area }.into()) }
     }
 
-    fn tail(&self) -> [f64; 2] {
-        match (self.points.first(), self.points.last()) {
-            (Some(a), Some(b)) => [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])],
-            _ => [0.0; 2],
-        }
+    /// Middle of the trailing edge; there are points, or nothing was assembled.
+    fn tail(&self) -> [S; 2] {
+        middle(self.points[0], self.points[self.points.len() - 1])
     }
 }
 

@@ -2,14 +2,15 @@
 
 use crate::section::CoordinateError;
 
-/// A point and the line it stands in.
+/// A point, the line it stands in, and its position among the points to mend (set when mending starts).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
     pub xy: [f64; 2],
     pub line: usize,
+    pub source: usize,
 }
 
-/// What stands in a file: points in the order of the file, and where it was divided.
+/// The contents of a file: points in the order of the file, and where it was divided.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Listing {
     pub title: Option<String>,
@@ -111,7 +112,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Listing, CoordinateError> {
 
 impl Listing {
     fn add(&mut self, line: usize, x: f64, y: f64) -> Result<(), CoordinateError> {
-        self.points.push(Point { xy: [x, y], line });
+        self.points.push(Point { xy: [x, y], line, source: 0 });
         if self.points.len() > MOST {
             return Err(CoordinateError::TooManyPoints { found: self.points.len(), most: MOST });
         }
@@ -127,7 +128,7 @@ impl Listing {
 
     /// Recognises a Lednicer header: two counts that add up to the number of points that follow.
     fn take_header(&mut self) -> Result<(), CoordinateError> {
-        let Some(&Point { xy: [a, b], line }) = self.points.first() else { return Ok(()) };
+        let Some(&Point { xy: [a, b], line, .. }) = self.points.first() else { return Ok(()) };
         let is_count = |c: f64| (2.0..=MOST as f64).contains(&c) && c.fract() == 0.0;
         if !is_count(a) || !is_count(b) {
             return Ok(());

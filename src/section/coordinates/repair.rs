@@ -1,6 +1,7 @@
 //! From numbered points to one loop in Selig order, with every change recorded.
 
 use super::parse::{Listing, Point};
+use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
 use crate::section::{CoordinateError, TrailingEdge};
 
 /// A change that was made to the points of a file. Line numbers count from one; 0 where the points came from memory.
@@ -10,13 +11,13 @@ pub enum Repair {
     /// A line of text after the first point was passed over.
     #[error("line {line}: text passed over")]
     RemarkIgnored {
-        /// Line number.
+        /// Number of the line.
         line: usize,
     },
     /// A point at the place of the one before it was dropped.
     #[error("line {line}: point repeats the one before it, dropped")]
     DuplicateDropped {
-        /// Line number.
+        /// Number of the line.
         line: usize,
     },
     /// The outline ran clockwise and was reversed.
@@ -31,25 +32,25 @@ pub enum Repair {
     /// Points on the base of a blunt trailing edge were dropped; the base is no part of the curve.
     #[error("line {line}: point on the base of the trailing edge, dropped")]
     BasePointDropped {
-        /// Line number.
+        /// Number of the line.
         line: usize,
     },
     /// Points of a surface that were out of order were sorted along the chord.
     #[error("{count} points of a surface were out of order, sorted along the chord")]
     Sorted {
-        /// How many points changed their place.
+        /// Number of points that changed their place.
         count: usize,
     },
     /// One surface ended short of the trailing edge and was closed to the end of the other one.
     #[error("one surface ended {distance:.4} short of the trailing edge, closed")]
     TrailingEdgeCompleted {
-        /// Distance bridged.
+        /// Distance that was bridged, in the unit of the file.
         distance: f64,
     },
     /// A trailing-edge gap too small to be meant was closed at its middle.
     #[error("trailing-edge gap of {gap:.2e} closed")]
     TrailingEdgeClosed {
-        /// The gap.
+        /// Height of the gap, in the unit of the file.
         gap: f64,
     },
 }
@@ -122,29 +123,19 @@ fn mend(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) -> Result<TrailingEd
 }
 
 pub(super) fn distance(a: &Point, b: &Point) -> f64 {
-    (a.xy[0] - b.xy[0]).hypot(a.xy[1] - b.xy[1])
+    plane::distance(a.xy, b.xy)
 }
 
 /// Larger side of the bounding box.
 fn extent(points: &[Point]) -> f64 {
-    let side = |d: usize| {
-        let (low, high) =
-            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.xy[d]), h.max(p.xy[d])));
-        (high - low).max(0.0)
-    };
-    side(0).max(side(1))
+    let [x, y] = bounds(points.iter().map(|p| p.xy));
+    // no points have no extent
+    (x[1] - x[0]).max(y[1] - y[0]).max(0.0)
 }
 
 fn signed_area(points: &[Point]) -> f64 {
     let Some(first) = points.first() else { return 0.0 };
-    let from = |p: &Point| [p.xy[0] - first.xy[0], p.xy[1] - first.xy[1]];
-    points
-        .windows(2)
-        .map(|w| {
-            let (a, b) = (from(&w[0]), from(&w[1]));
-            0.5 * (a[0] * b[1] - a[1] * b[0])
-        })
-        .sum()
+    points.windows(2).map(|w| 0.5 * cross(minus(w[0].xy, first.xy), minus(w[1].xy, first.xy))).sum()
 }
 
 /// One chain of points. Lednicer files, and files that list two surfaces without a header, give two: the first is
@@ -209,9 +200,9 @@ fn begin_at_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>
         points.pop();
     }
     let n = points.len();
-    let tail = (0..n).max_by(|&i, &j| x(&points[i]).total_cmp(&x(&points[j]))).unwrap_or(0);
+    let Some(tail) = (0..n).max_by(|&i, &j| x(&points[i]).total_cmp(&x(&points[j]))) else { return };
     let near = |i: usize| {
-        let d = [points[i].xy[0] - points[tail].xy[0], points[i].xy[1] - points[tail].xy[1]];
+        let d = minus(points[i].xy, points[tail].xy);
         d[0].abs() <= 0.02 * extent && d[0].abs() <= 0.2 * d[1].abs()
     };
     let (before, after) = ((tail + n - 1) % n, (tail + 1) % n);
@@ -233,10 +224,9 @@ fn begin_at_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>
 /// Drops end points that lie on an upright base: an edge across the chord, behind a sharp corner.
 fn drop_base(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
     let on_base = |end: &Point, next: &Point, further: &Point| {
-        let d = [next.xy[0] - end.xy[0], next.xy[1] - end.xy[1]];
-        let e = [further.xy[0] - next.xy[0], further.xy[1] - next.xy[1]];
+        let (d, e) = (minus(next.xy, end.xy), minus(further.xy, next.xy));
         let upright = d[0].abs() < 0.2 * d[1].abs() && d[1].abs() < 0.05 * extent;
-        let corner = d[0] * e[0] + d[1] * e[1] < 0.7 * d[0].hypot(d[1]) * e[0].hypot(e[1]);
+        let corner = dot(d, e) < 0.7 * length(d) * length(e);
         upright && corner
     };
     let mut dropped = 0;
@@ -257,10 +247,9 @@ fn drop_base(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
 /// Closes a loop of which one surface ends short of the other: the file names the trailing edge only once.
 fn complete_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) -> Result<(), CoordinateError> {
     let Some((&first, &last)) = points.first().zip(points.last()) else { return Ok(()) };
-    let along = first.xy[0] - last.xy[0];
-    let across = first.xy[1] - last.xy[1];
+    let [along, across] = minus(first.xy, last.xy);
     if along.abs() > 0.002 * extent && along.abs() > 2.0 * across.abs() {
-        let distance = along.hypot(across);
+        let distance = length([along, across]);
         if distance > LONGEST_COMPLETION * extent {
             let line = if along > 0.0 { last.line } else { first.line };
             return Err(CoordinateError::Unfinished { line, distance });
@@ -302,8 +291,7 @@ fn close_tail(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> T
         return TrailingEdge::Blunt;
     }
     if gap > 0.0 {
-        let (a, b) = (points[0].xy, points[n - 1].xy);
-        points[0].xy = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        points[0].xy = middle(points[0].xy, points[n - 1].xy);
         repairs.push(Repair::TrailingEdgeClosed { gap });
     }
     // also where the two differ in the sign of a zero
@@ -313,7 +301,7 @@ fn close_tail(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> T
 
 /// Two edges of a polygon that cross properly: positions of their first points, and where.
 fn polygon_crossing(points: &[Point]) -> Option<(usize, usize, [f64; 2])> {
-    let cross = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| cross(minus(a, o), minus(b, o));
     let mut edges: Vec<(f64, f64, usize)> = points
         .windows(2)
         .enumerate()
@@ -324,10 +312,9 @@ fn polygon_crossing(points: &[Point]) -> Option<(usize, usize, [f64; 2])> {
         for &(_, _, j) in edges[k + 1..].iter().take_while(|e| e.0 <= right) {
             let (i, j) = (i.min(j), i.max(j));
             let (a, b, c, d) = (points[i].xy, points[i + 1].xy, points[j].xy, points[j + 1].xy);
-            let (s, t) = (cross(a, b, c), cross(a, b, d));
-            if s * t < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0 {
-                let share = s / (s - t);
-                return Some((i, j, [0, 1].map(|k| c[k] + (d[k] - c[k]) * share)));
+            let (s, t) = (turn(a, b, c), turn(a, b, d));
+            if s * t < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0 {
+                return Some((i, j, between(c, d, s / (s - t))));
             }
         }
     }

@@ -4,15 +4,16 @@
 //! round-off, so that no loop is too small or too flat to be seen. Pieces that share an end are told apart by
 //! directions: legs of control polygons that all lie within a half plane cannot return to where they came from.
 
+use crate::plane::{between, bounds, cross, dot, length, middle, minus};
 use crate::section::Section;
-use crate::spline::BSplineCurve;
+use crate::spline::{BSplineCurve, halve};
 
 /// A crossing of the outline with itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
-    /// The smaller parameter.
+    /// Smaller of the two parameters of the crossing.
     pub first: f64,
-    /// The larger parameter.
+    /// Larger of the two parameters of the crossing.
     pub second: f64,
     /// Where the two branches meet.
     pub point: [f64; 2],
@@ -49,15 +50,7 @@ pub(in crate::section) fn outline_crossing(curve: &BSplineCurve<f64>) -> Option<
 }
 
 fn search(curve: &BSplineCurve<f64>, base: Option<Piece>) -> Option<Crossing> {
-    let mut pieces: Vec<Piece> = curve
-        .to_bezier()
-        .ok()?
-        .into_iter()
-        .map(|piece| {
-            let (start, end) = piece.domain();
-            Piece { start, end, points: piece.control_points().to_vec() }
-        })
-        .collect();
+    let mut pieces: Vec<Piece> = curve.pieces().map(|(start, end, points)| Piece { start, end, points }).collect();
     // so that no two pieces share both ends
     while pieces.len() < 4 {
         pieces = pieces.iter().flat_map(|piece| <[Piece; 2]>::from(piece.halves())).collect();
@@ -65,7 +58,7 @@ fn search(curve: &BSplineCurve<f64>, base: Option<Piece>) -> Option<Crossing> {
     let control = curve.control_points();
     let closed = base.is_some() || control.first() == control.last();
     pieces.extend(base);
-    let size = bounds(control).iter().fold(0.0f64, |size, side| size.max(side[1] - side[0]));
+    let size = bounds(control.iter().copied()).iter().fold(0.0f64, |size, side| size.max(side[1] - side[0]));
     let search = Search { tolerance: RESOLUTION * size, closed };
     search.within(&pieces)
 }
@@ -87,7 +80,7 @@ impl Search {
         }
         // sorted by abscissa, only pieces that overlap in it are compared
         let mut order: Vec<(usize, [[f64; 2]; 2])> =
-            pieces.iter().enumerate().map(|(i, piece)| (i, bounds(&piece.points))).collect();
+            pieces.iter().enumerate().map(|(i, piece)| (i, piece.bounds())).collect();
         order.sort_by(|a, b| a.1[0][0].total_cmp(&b.1[0][0]));
         for (k, &(i, [x, _])) in order.iter().enumerate() {
             for &(j, [other, _]) in &order[k + 1..] {
@@ -128,11 +121,10 @@ impl Search {
     /// A crossing of the first and the last piece of a closed curve other than their common end.
     fn tail(&self, first: &Piece, last: &Piece) -> Option<Crossing> {
         let origin = first.points[0];
-        let from = |p: &[f64; 2]| [p[0] - origin[0], p[1] - origin[1]];
+        let from = |p: &[f64; 2]| minus(*p, origin);
         let upper: Vec<_> = first.points[1..].iter().map(from).collect();
         let lower: Vec<_> = last.points[..last.points.len() - 1].iter().map(from).collect();
-        let turn = |u: &[f64; 2], l: &[f64; 2]| u[0] * l[1] - u[1] * l[0];
-        let turns = || upper.iter().flat_map(|u| lower.iter().map(move |l| turn(u, l)));
+        let turns = || upper.iter().flat_map(|u| lower.iter().map(|l| cross(*u, *l)));
         let acute = within_half_plane(upper.iter().chain(&lower).copied());
         // two cones with their tips at the trailing edge that do not overlap
         if (acute && (turns().all(|t| t > 0.0) || turns().all(|t| t < 0.0)))
@@ -168,66 +160,43 @@ impl Search {
 }
 
 impl Piece {
+    fn bounds(&self) -> [[f64; 2]; 2] {
+        bounds(self.points.iter().copied())
+    }
+
     /// Largest side of the bounding box.
     fn size(&self) -> f64 {
-        let [x, y] = bounds(&self.points);
+        let [x, y] = self.bounds();
         (x[1] - x[0]).max(y[1] - y[0])
     }
 
     /// De Casteljau at one half.
     fn halves(&self) -> (Self, Self) {
-        let mut row = self.points.clone();
-        let (mut left, mut right) = (vec![], vec![]);
-        while let (Some(&first), Some(&last)) = (row.first(), row.last()) {
-            left.push(first);
-            right.push(last);
-            row = row.windows(2).map(|w| [0.5 * (w[0][0] + w[1][0]), 0.5 * (w[0][1] + w[1][1])]).collect();
-        }
-        right.reverse();
-        let middle = 0.5 * (self.start + self.end);
-        (Self { start: self.start, end: middle, points: left }, Self { start: middle, end: self.end, points: right })
+        let mut left = self.points.clone();
+        let right = halve(&mut left, middle);
+        let at = 0.5 * (self.start + self.end);
+        (Self { start: self.start, end: at, points: left }, Self { start: at, end: self.end, points: right })
     }
 
     /// Whether the control points deviate from the chord by no more than round-off of their coordinates.
     fn is_straight(&self) -> bool {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
-        let along = [last[0] - first[0], last[1] - first[1]];
-        let chord = along[0].hypot(along[1]);
-        let round_off = round_off(&self.points);
-        self.points.iter().all(|p| {
-            let v = [p[0] - first[0], p[1] - first[1]];
-            (along[0] * v[1] - along[1] * v[0]).abs() <= 0.5 * round_off * chord
-        })
+        let along = minus(last, first);
+        let most = 0.5 * round_off(&self.points) * length(along);
+        self.points.iter().all(|&p| cross(along, minus(p, first)).abs() <= most)
     }
-}
-
-/// Extent in each direction: smallest and largest coordinate.
-fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for point in points {
-        for (side, c) in bounds.iter_mut().zip(point) {
-            *side = [side[0].min(*c), side[1].max(*c)];
-        }
-    }
-    bounds
 }
 
 /// Legs of a control polygon that have a length.
 fn legs(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
-    points.windows(2).map(|w| [w[1][0] - w[0][0], w[1][1] - w[0][1]]).filter(|v| v[0] != 0.0 || v[1] != 0.0)
+    points.windows(2).map(|w| minus(w[1], w[0])).filter(|v| *v != [0.0; 2])
 }
 
 /// Whether all vectors make an acute angle with their sum of directions, so that a path of them never turns back.
 fn within_half_plane(vectors: impl Iterator<Item = [f64; 2]>) -> bool {
-    let unit: Vec<[f64; 2]> = vectors
-        .map(|v| {
-            let length = v[0].hypot(v[1]);
-            [v[0] / length, v[1] / length]
-        })
-        .collect();
+    let unit: Vec<[f64; 2]> = vectors.map(|v| v.map(|c| c / length(v))).collect();
     let sum = unit.iter().fold([0.0; 2], |s, v| [s[0] + v[0], s[1] + v[1]]);
-    let length = sum[0].hypot(sum[1]);
-    unit.iter().all(|v| v[0] * sum[0] + v[1] * sum[1] > 1e-3 * length)
+    unit.iter().all(|v| dot(*v, sum) > 1e-3 * length(sum))
 }
 
 /// Round-off of coordinates of this magnitude, several times over.
@@ -238,10 +207,7 @@ fn round_off(points: &[[f64; 2]]) -> f64 {
 /// Whether some line along or across an axis or the chord of either piece separates two hulls by more than round-off
 /// (by which a crossing at the joint of two pieces may seem to miss both).
 fn separated(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
-    let chord = |p: &[[f64; 2]]| {
-        let (first, last) = (p[0], p[p.len() - 1]);
-        [last[0] - first[0], last[1] - first[1]]
-    };
+    let chord = |p: &[[f64; 2]]| minus(p[p.len() - 1], p[0]);
     let (ca, cb) = (chord(a), chord(b));
     let slack = round_off(a).max(round_off(b));
     let axes = [[1.0, 0.0], [0.0, 1.0], [-ca[1], ca[0]], [-cb[1], cb[0]], ca, cb];
@@ -249,7 +215,7 @@ fn separated(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
         let range = |points: &[[f64; 2]]| {
             points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, p| {
                 // relative to a common point, so that nothing cancels
-                let t = (p[0] - a[0][0]) * axis[0] + (p[1] - a[0][1]) * axis[1];
+                let t = dot(minus(*p, a[0]), axis);
                 [r[0].min(t), r[1].max(t)]
             })
         };
@@ -263,19 +229,16 @@ fn separated(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
 fn chords_cross(a: &Piece, b: &Piece) -> Option<[f64; 2]> {
     let (p, q) = (a.points[0], b.points[0]);
     let ends = |piece: &Piece| piece.points[piece.points.len() - 1];
-    let (u, v) = (ends(a), ends(b));
-    let (d, e) = ([u[0] - p[0], u[1] - p[1]], [v[0] - q[0], v[1] - q[1]]);
-    let between = [q[0] - p[0], q[1] - p[1]];
-    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let (d, e, apart) = (minus(ends(a), p), minus(ends(b), q), minus(q, p));
     let determinant = cross(d, e);
     if determinant == 0.0 {
         // on one line, since the hulls were not separated
         return Some([0.5, 0.5]);
     }
-    let at = [cross(between, e) / determinant, cross(between, d) / determinant];
+    let at = [cross(apart, e) / determinant, cross(apart, d) / determinant];
     // round-off moves the crossing along a chord by as much more as the chords are nearly parallel
     let slack = round_off(&a.points).max(round_off(&b.points)) / determinant.abs();
-    let reach = [e, d].map(|v| slack * v[0].hypot(v[1]));
+    let reach = [e, d].map(|v| slack * length(v));
     let on_both = at.iter().zip(reach).all(|(t, reach)| -reach <= *t && *t <= 1.0 + reach);
     on_both.then_some(at.map(|t| t.clamp(0.0, 1.0)))
 }
@@ -283,8 +246,7 @@ fn chords_cross(a: &Piece, b: &Piece) -> Option<[f64; 2]> {
 fn meeting(a: &Piece, b: &Piece, at: [f64; 2]) -> Crossing {
     let parameter = |piece: &Piece, t: f64| piece.start + (piece.end - piece.start) * t;
     let (u, v) = (parameter(a, at[0]), parameter(b, at[1]));
-    let (first, last) = (a.points[0], a.points[a.points.len() - 1]);
-    let point = [0, 1].map(|d| first[d] + (last[d] - first[d]) * at[0]);
+    let point = between(a.points[0], a.points[a.points.len() - 1], at[0]);
     Crossing { first: u.min(v), second: u.max(v), point }
 }
 

@@ -1,11 +1,11 @@
 //! Thickness and camber: at a station, and their largest values.
 
-use super::{ChordFrame, real_point_and_tangent};
-use crate::differentiate::lift_root;
+use super::ChordFrame;
+use crate::differentiate::{Tangent, lift_root, lift_roots};
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError};
-use crate::spline::BSplineCurve;
-use num_dual::{Dual64, DualSVec64};
+use crate::spline::{BSplineCurve, isolated};
+use nalgebra::{Matrix2, Vector2};
 
 /// Below this camber, in chords, a section counts as symmetric.
 const NO_CAMBER: f64 = 1e-12;
@@ -111,8 +111,9 @@ impl<S: Scalar> Section<S> {
                 measure: kind.name(),
                 reason: MeasureProblem::NoStation { surface: name, station },
             };
-            let (u, slope) = solve_station(&real, &frame.real(), surface, station).ok_or(missing)?;
-            let u = lift_root(u, slope, |u| frame.coordinates(self.curve().evaluate(u))[0] - frame.chord * station);
+            let (u, slope) = solve_station(&real, &frame.real(), surface, station).ok_or(missing.clone())?;
+            let off = |u: S| frame.coordinates(self.curve().evaluate(u))[0] - frame.chord * station;
+            let u = lift_root(u, || slope, off).map_err(|_| missing)?;
             *ordinate = frame.coordinates(self.curve().evaluate(u))[1];
         }
         Ok(kind.combine(ordinates[0], ordinates[1]))
@@ -130,19 +131,10 @@ impl<S: Scalar> Section<S> {
         }
         let solve = |start| solve_extreme(&real, &real_frame, kind, start, value);
         let narrowed = || samples.narrowed(&real, &real_frame, kind, start).and_then(solve);
-        let (u, inverse) = solve(start).or_else(narrowed).ok_or(missing)?;
-        let at = |u: S| {
-            let (point, tangent) = self.curve().point_and_tangent(u);
-            (frame.coordinates(point), frame.components(tangent))
-        };
-        let mut lifted = u.map(S::from);
-        for _ in 0..S::NDERIV {
-            let r = stationarity(at(lifted[0]), at(lifted[1]), kind);
-            lifted = [
-                lifted[0] - r[0] * inverse[0][0] - r[1] * inverse[0][1],
-                lifted[1] - r[0] * inverse[1][0] - r[1] * inverse[1][1],
-            ];
-        }
+        let (u, jacobian) = solve(start).or_else(narrowed).ok_or(missing.clone())?;
+        let at = |u: S| frame.on(self.curve().point_and_tangent(u));
+        let lifted = lift_roots(u, || jacobian, |[upper, lower]| stationarity(at(upper), at(lower), kind));
+        let lifted = lifted.map_err(|_| missing)?;
         let (upper, lower) = (at(lifted[0]).0, at(lifted[1]).0);
         Ok([upper[0] / frame.chord, kind.combine(upper[1], lower[1])])
     }
@@ -211,10 +203,7 @@ impl Samples {
         kind: Kind,
         start: [f64; 2],
     ) -> Option<[f64; 2]> {
-        let at = |u: f64| {
-            let (point, tangent) = curve.point_and_tangent(u);
-            (frame.coordinates(point), frame.components(tangent))
-        };
+        let at = |u: f64| frame.on(curve.point_and_tangent(u));
         // lower parameter and the sign of the slope of thickness or camber
         let rise = |u: f64| {
             let upper = at(u);
@@ -251,13 +240,12 @@ fn same_station(
     let mut u = low + share * (high - low);
     let mut lies_flat = slopes_gently(frame.components(curve.point_and_tangent(upper).1));
     for _ in 0..4 {
-        let (point, tangent) = curve.point_and_tangent(u);
-        let tangent = frame.components(tangent);
+        let (point, tangent) = frame.on(curve.point_and_tangent(u));
         lies_flat &= slopes_gently(tangent);
         if !lies_flat {
             return None;
         }
-        u = (u - (frame.coordinates(point)[0] - x) / tangent[0]).clamp(low.min(high), low.max(high));
+        u = (u - (point[0] - x) / tangent[0]).clamp(low.min(high), low.max(high));
     }
     Some((u, frame.coordinates(curve.point_at(u))[1]))
 }
@@ -271,32 +259,13 @@ fn solve_station(
 ) -> Option<(f64, f64)> {
     let target = station * frame.chord;
     let at = |u: f64| {
-        let (point, tangent) = real_point_and_tangent(curve, Dual64::from(u));
-        let (point, tangent) = (point.map(|c| c.re), tangent.map(|c| c.re));
-        (frame.coordinates(point)[0] - target, frame.components(tangent)[0])
+        let (point, tangent) = frame.on(curve.point_and_tangent(u));
+        (point[0] - target, tangent[0])
     };
     let pair = surface.windows(2).find(|pair| pair[0][1] <= target && pair[1][1] > target)?;
-    // x rises from `low` to `high`, whichever parameter is larger
-    let (mut low, mut high) = (pair[0][0], pair[1][0]);
-    let mut u = 0.5 * (low + high);
-    for _ in 0..200 {
-        let (value, slope) = at(u);
-        if value == 0.0 {
-            break;
-        }
-        if value < 0.0 {
-            low = u
-        } else {
-            high = u
-        }
-        let newton = u - value / slope;
-        let inside = (newton - low) * (newton - high) < 0.0;
-        let next = if inside { newton } else { 0.5 * (low + high) };
-        if next == u || (high - low).abs() <= f64::EPSILON {
-            break;
-        }
-        u = next;
-    }
+    // x rises from the first sample to the second, whichever parameter is larger
+    let (from, to) = (pair[0][0], pair[1][0]);
+    let u = isolated(from.min(to), from.max(to), from < to, at);
     let slope = at(u).1;
     (slope.is_finite() && slope != 0.0).then_some((u, slope))
 }
@@ -311,7 +280,7 @@ fn stationarity<S: Scalar>(upper: ([S; 2], [S; 2]), lower: ([S; 2], [S; 2]), kin
     [upper.0[0] - lower.0[0], stationary]
 }
 
-/// Parameters of the extreme and the inverse Jacobian of [`stationarity`] there, by Newton from a sample.
+/// Parameters of the extreme and the Jacobian of [`stationarity`] there, by columns, by Newton from a sample.
 fn solve_extreme(
     curve: &BSplineCurve<f64>,
     frame: &ChordFrame<f64>,
@@ -319,31 +288,16 @@ fn solve_extreme(
     start: [f64; 2],
     sampled: f64,
 ) -> Option<([f64; 2], [[f64; 2]; 2])> {
-    type Pair = DualSVec64<2>;
-    let frame_pair = ChordFrame {
-        origin: frame.origin.map(Pair::from),
-        axis: frame.axis.map(Pair::from),
-        chord: Pair::from(frame.chord),
-    };
-    let at = |u: Pair| {
-        let (point, tangent) = real_point_and_tangent(curve, u);
-        (frame_pair.coordinates(point), frame_pair.components(tangent))
-    };
+    let pair = frame.lifted::<Tangent<2>>();
+    let at = |u: Tangent<2>| pair.on(curve.point_and_tangent(u));
     let (first, last) = curve.domain();
     let mut u = start;
     let mut previous = f64::INFINITY;
     for _ in 0..60 {
-        let duals = [Pair::from(u[0]).derivative(0), Pair::from(u[1]).derivative(1)];
-        let (upper, lower) = (at(duals[0]), at(duals[1]));
+        let (upper, lower) = (at(Tangent::from_re(u[0]).derivative(0)), at(Tangent::from_re(u[1]).derivative(1)));
         let r = stationarity(upper, lower, kind);
-        let j = r.map(|r| r.eps.0.map_or([0.0; 2], |e| [e[0], e[1]]));
-        let determinant = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-        if determinant == 0.0 || !determinant.is_finite() {
-            return None;
-        }
-        let inverse =
-            [[j[1][1] / determinant, -j[0][1] / determinant], [-j[1][0] / determinant, j[0][0] / determinant]];
-        let step = inverse.map(|row| row[0] * r[0].re + row[1] * r[1].re);
+        let jacobian = [0, 1].map(|k| r.map(|r| r.eps[k]));
+        let step: [f64; 2] = (Matrix2::from(jacobian).try_inverse()? * Vector2::from(r.map(|r| r.re))).into();
         let size = step[0].abs().max(step[1].abs());
         // quadratic convergence ends where steps no longer shrink
         if size <= 1e-9 && size >= 0.5 * previous || size <= f64::EPSILON {
@@ -351,7 +305,7 @@ fn solve_extreme(
             // an extreme is no smaller than what was sampled, to round-off
             let kept = value.abs() >= sampled.abs() - 1e-13 * frame.chord && value * sampled > 0.0;
             let inside = first < u[0] && u[0] < u[1] && u[1] < last;
-            return (kept && inside).then_some((u, inverse));
+            return (kept && inside).then_some((u, jacobian));
         }
         previous = size;
         for (u, step) in u.iter_mut().zip(step) {

@@ -4,6 +4,7 @@
 //! first control point, so that nothing cancels far from the origin, and in the radial form `x dy − y dx`, to which the
 //! base of a blunt trailing edge contributes nothing.
 
+use crate::plane::{cross, length, minus};
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError, TrailingEdge};
 use crate::spline::GaussRule;
@@ -62,12 +63,12 @@ impl<S: Scalar> Section<S> {
             return Ok(curve);
         }
         let [a, b] = self.trailing_edge_points();
-        let base = [a[0] - b[0], a[1] - b[1]];
-        if S::NDERIV > 0 && base[0].re() == 0.0 && base[1].re() == 0.0 {
+        let base = length(minus(a, b));
+        if S::NDERIV > 0 && base.re() == 0.0 {
             let reason = MeasureProblem::Singular;
             return Err(SectionError::NoMeasure { measure: "derivative of the perimeter", reason });
         }
-        Ok(curve + super::frame::length(base))
+        Ok(curve + base)
     }
 
     /// `∮ f(p, x dy − y dx)` with `p = (x, y)` from the first control point; `f` is linear in its second argument and
@@ -80,10 +81,8 @@ impl<S: Scalar> Section<S> {
         let mut sums = [S::from(0.0); N];
         for (_, start, end) in curve.knots().spans() {
             for (u, weight) in rule.on(start, end) {
-                let [x, y] = curve.point_at(u);
-                let p = [x - origin[0], y - origin[1]];
-                let [dx, dy] = curve.tangent_at(u);
-                let swept = (p[0] * dy - p[1] * dx) * weight;
+                let p = minus(curve.point_at(u), origin);
+                let swept = cross(p, curve.tangent_at(u)) * weight;
                 for (sum, value) in sums.iter_mut().zip(f(p, swept)) {
                     *sum += value;
                 }

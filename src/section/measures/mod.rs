@@ -1,4 +1,4 @@
-//! What is measured on a section. Every measure is written once over [`Scalar`](crate::scalar::Scalar), so its
+//! Measures of a section. Every measure is written once over [`Scalar`](crate::scalar::Scalar), so its
 //! derivative with respect to control points or build parameters is exact.
 //!
 //! Lengths are in the units of the control points (chords, for built sections), stations along the chord in chords,
@@ -24,7 +24,7 @@ pub(super) use nose::farthest_parameter;
 
 use super::{Section, SectionError};
 use crate::scalar::Scalar;
-use crate::spline::{BSplineCurve, BasisValues};
+use crate::spline::BSplineCurve;
 use std::fmt;
 use std::str::FromStr;
 
@@ -40,7 +40,7 @@ use std::str::FromStr;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Measure {
-    /// Enclosed area.
+    /// Area enclosed by the outline.
     Area,
     /// Length of the closed outline.
     Perimeter,
@@ -64,7 +64,7 @@ pub enum Measure {
     ThicknessAt(f64),
     /// Camber of largest magnitude, with its sign. Continuous only where two extremes tie.
     Camber,
-    /// Station of that camber, in chords; jumps where two extremes tie.
+    /// Station of the camber of largest magnitude, in chords; jumps where two extremes tie.
     CamberX,
     /// Camber at a station, in chords.
     CamberAt(f64),
@@ -82,53 +82,46 @@ pub enum Measure {
     Concavity,
 }
 
-impl Measure {
-    /// The names that [`parse`](Self::parse) takes, with 0.25 standing for any station between 0 and 1.
-    pub const NAMES: [&str; 20] = [
-        "area",
-        "perimeter",
-        "centroid_x",
-        "centroid_y",
-        "second_moment_xx",
-        "second_moment_yy",
-        "second_moment_xy",
-        "chord",
-        "thickness",
-        "thickness_x",
-        "thickness_at(0.25)",
-        "camber",
-        "camber_x",
-        "camber_at(0.25)",
-        "nose_radius",
-        "leading_edge_x",
-        "leading_edge_y",
-        "trailing_edge_angle",
-        "trailing_edge_gap",
-        "concavity",
-    ];
+/// Lists every measure once, by variant and name; 0.25 stands for any station.
+macro_rules! measures {
+    ($($variant:ident $(($station:literal))? = $name:literal,)*) => {
+        /// The names that [`parse`](Self::parse) takes, with 0.25 standing for any station between 0 and 1.
+        pub const NAMES: [&str; 20] = [$(concat!($name $(, "(", $station, ")")?)),*];
 
-    const ALL: [Self; 20] = [
-        Self::Area,
-        Self::Perimeter,
-        Self::CentroidX,
-        Self::CentroidY,
-        Self::SecondMomentXx,
-        Self::SecondMomentYy,
-        Self::SecondMomentXy,
-        Self::Chord,
-        Self::Thickness,
-        Self::ThicknessX,
-        Self::ThicknessAt(0.25),
-        Self::Camber,
-        Self::CamberX,
-        Self::CamberAt(0.25),
-        Self::NoseRadius,
-        Self::LeadingEdgeX,
-        Self::LeadingEdgeY,
-        Self::TrailingEdgeAngle,
-        Self::TrailingEdgeGap,
-        Self::Concavity,
-    ];
+        const ALL: [Self; 20] = [$(Self::$variant $(($station))?),*];
+
+        /// The name without a station.
+        fn family(&self) -> &'static str {
+            match self {
+                $(Self::$variant { .. } => $name),*
+            }
+        }
+    };
+}
+
+impl Measure {
+    measures! {
+        Area = "area",
+        Perimeter = "perimeter",
+        CentroidX = "centroid_x",
+        CentroidY = "centroid_y",
+        SecondMomentXx = "second_moment_xx",
+        SecondMomentYy = "second_moment_yy",
+        SecondMomentXy = "second_moment_xy",
+        Chord = "chord",
+        Thickness = "thickness",
+        ThicknessX = "thickness_x",
+        ThicknessAt(0.25) = "thickness_at",
+        Camber = "camber",
+        CamberX = "camber_x",
+        CamberAt(0.25) = "camber_at",
+        NoseRadius = "nose_radius",
+        LeadingEdgeX = "leading_edge_x",
+        LeadingEdgeY = "leading_edge_y",
+        TrailingEdgeAngle = "trailing_edge_angle",
+        TrailingEdgeGap = "trailing_edge_gap",
+        Concavity = "concavity",
+    }
 
     /// Reads a name; besides `thickness_at(0.25)` also `thickness at 0.25`.
     ///
@@ -159,15 +152,6 @@ impl Measure {
             Self::ThicknessAt(station) => format!("thickness_at({station})"),
             Self::CamberAt(station) => format!("camber_at({station})"),
             _ => self.family().into(),
-        }
-    }
-
-    /// The name without a station.
-    fn family(&self) -> &'static str {
-        match self {
-            Self::ThicknessAt(_) => "thickness_at",
-            Self::CamberAt(_) => "camber_at",
-            _ => Self::ALL.iter().position(|m| m == self).map_or("", |i| Self::NAMES[i]),
         }
     }
 
@@ -214,23 +198,7 @@ impl FromStr for Measure {
     }
 }
 
-/// Point and tangent of a real curve at a parameter that may carry derivatives.
-fn real_point_and_tangent<S: Scalar>(curve: &BSplineCurve<f64>, u: S) -> ([S; 2], [S; 2]) {
-    let span = curve.knots().span(u.re());
-    let rows = curve.knots().basis_derivatives(span, u, 1);
-    let points = &curve.control_points()[span - curve.degree()..];
-    let combine = |row: &BasisValues<S>| {
-        let mut sum = [S::from(0.0); 2];
-        for (weight, point) in row.iter().zip(points) {
-            sum[0] += *weight * point[0];
-            sum[1] += *weight * point[1];
-        }
-        sum
-    };
-    (combine(&rows[0]), combine(&rows[1]))
-}
-
-/// Four parameters a knot span, ends included.
+/// Four parameters per knot span, ends included.
 fn dense_parameters(curve: &BSplineCurve<f64>) -> Vec<f64> {
     const SHARE: usize = 4;
     let mut parameters = vec![];

@@ -1,10 +1,14 @@
 //! Leading edge and nose radius.
 
 use crate::differentiate::lift_root;
+use crate::plane::distance;
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError};
-use crate::spline::BSplineCurve;
-use num_dual::Dual64;
+use crate::spline::{BSplineCurve, distance_slope, foot, isolated};
+
+/// No curve point is farther from the trailing edge than all around it.
+const NO_LEADING_EDGE: SectionError =
+    SectionError::NoMeasure { measure: "leading edge", reason: MeasureProblem::NoExtreme };
 
 impl<S: Scalar> Section<S> {
     /// Radius of curvature at the nose parameter: positive where the outline is convex there.
@@ -29,11 +33,11 @@ impl<S: Scalar> Section<S> {
     /// # Errors
     /// No such point inside the curve, or a curve that is a circle about the trailing edge there.
     pub fn leading_edge_parameter(&self) -> Result<S, SectionError> {
-        let u = farthest_parameter(&self.curve().real(), self.real().trailing_edge_middle())?;
         let tail = self.trailing_edge_middle();
         let real = self.curve().real();
-        let slope = stationarity_slope(&real, tail.map(|c| c.re()), u);
-        Ok(lift_root(u, slope, |u| stationarity(self.curve().point_and_tangent(u), tail)))
+        let u = farthest_parameter(&real, tail.map(|c| c.re()))?;
+        let slope = || distance_slope(&real, &tail.map(|c| c.re()), u).1;
+        lift_root(u, slope, |u| foot(self.curve().point_and_tangent(u), tail)).map_err(|_| NO_LEADING_EDGE)
     }
 
     /// The leading edge: the curve point farthest from the middle of the trailing edge.
@@ -45,54 +49,19 @@ impl<S: Scalar> Section<S> {
     }
 }
 
-/// Half the derivative of the squared distance from `tail` along the curve.
-fn stationarity<S: Scalar>((point, tangent): ([S; 2], [S; 2]), tail: [S; 2]) -> S {
-    (point[0] - tail[0]) * tangent[0] + (point[1] - tail[1]) * tangent[1]
-}
-
-fn stationarity_slope(curve: &BSplineCurve<f64>, tail: [f64; 2], u: f64) -> f64 {
-    stationarity(super::real_point_and_tangent(curve, Dual64::new(u, 1.0)), tail.map(Dual64::from)).eps
-}
-
 /// The parameter of the curve point farthest from `tail`, to round-off.
 pub(in crate::section) fn farthest_parameter(curve: &BSplineCurve<f64>, tail: [f64; 2]) -> Result<f64, SectionError> {
-    let missing = SectionError::NoMeasure { measure: "leading edge", reason: MeasureProblem::NoExtreme };
     let parameters = super::dense_parameters(curve);
-    let distance = |u: f64| {
-        let [x, y] = curve.point_at(u);
-        (x - tail[0]).hypot(y - tail[1])
-    };
-    let distances: Vec<f64> = parameters.iter().map(|&u| distance(u)).collect();
-    let Some(best) = (0..distances.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b])) else {
-        return Err(missing);
-    };
-    if best == 0 || best + 1 == parameters.len() {
-        return Err(missing);
-    }
+    let distances: Vec<f64> = parameters.iter().map(|&u| distance(curve.point_at(u), tail)).collect();
+    let best = (0..distances.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+    let best = best.filter(|&i| i > 0 && i + 1 < parameters.len()).ok_or(NO_LEADING_EDGE)?;
     // the distance grows before and falls after its maximum
-    let (mut low, mut high) = (parameters[best - 1], parameters[best + 1]);
-    let slope = |u: f64| stationarity(curve.point_and_tangent(u), tail);
-    if !(slope(low) >= 0.0 && slope(high) <= 0.0) {
-        return Err(missing);
+    let (low, high) = (parameters[best - 1], parameters[best + 1]);
+    let slope = |u: f64| distance_slope(curve, &tail, u);
+    if !(slope(low).0 >= 0.0 && slope(high).0 <= 0.0) {
+        return Err(NO_LEADING_EDGE);
     }
-    let mut u = parameters[best];
-    for _ in 0..200 {
-        let value = slope(u);
-        if value == 0.0 {
-            break;
-        }
-        if value > 0.0 {
-            low = u
-        } else {
-            high = u
-        }
-        let newton = u - value / stationarity_slope(curve, tail, u);
-        let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
-        if next == u || high - low <= f64::EPSILON * high.abs() {
-            break;
-        }
-        u = next;
-    }
+    let u = isolated(low, high, false, slope);
     // written so that NaN fails
-    if stationarity_slope(curve, tail, u) < 0.0 { Ok(u) } else { Err(missing) }
+    if slope(u).1 < 0.0 { Ok(u) } else { Err(NO_LEADING_EDGE) }
 }

@@ -1,5 +1,6 @@
 //! Curvature reversals.
 
+use crate::plane::{cross, dot, length};
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError};
 use crate::spline::GaussRule;
@@ -24,9 +25,9 @@ impl<S: Scalar> Section<S> {
         for (_, start, end) in curve.knots().spans() {
             for (u, weight) in rule.on(start, end) {
                 let d = curve.derivatives(S::from(u), 2);
-                let squared = d[1][0] * d[1][0] + d[1][1] * d[1][1];
+                let squared = dot(d[1], d[1]);
                 let speed = squared.sqrt();
-                let bending = (d[1][0] * d[2][1] - d[1][1] * d[2][0]) / (squared * speed) * chord;
+                let bending = cross(d[1], d[2]) / (squared * speed) * chord;
                 if bending.re() >= 0.0 {
                     continue;
                 }
@@ -53,8 +54,7 @@ impl Section<f64> {
         for u in super::dense_parameters(self.curve()) {
             let side = usize::from(u > self.nose_parameter());
             let d = self.curve().derivatives(u, 2);
-            let speed = super::frame::length(d[1]);
-            let curvature = (d[1][0] * d[2][1] - d[1][1] * d[2][0]) / speed.powi(3);
+            let curvature = cross(d[1], d[2]) / length(d[1]).powi(3);
             if curvature.abs() > threshold {
                 let sign = curvature.signum();
                 if sign * last_sign[side] < 0.0 {
