@@ -84,7 +84,7 @@ impl Instruments {
         self.shape_error.as_ref().ok_or(DesignError::NoTarget)
     }
 
-    pub fn penalty(&self) -> Result<&BoxPenalty<2>, DesignError> {
+    pub fn penalty(&self) -> Result<&BoxPenalty, DesignError> {
         self.penalty.as_ref().ok_or(DesignError::NoBox)
     }
 
