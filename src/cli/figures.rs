@@ -79,7 +79,10 @@ fn lattice_lines(problem: &DesignProblem, shape: &Shape) -> Vec<Vec<[f64; 2]>> {
 pub(super) fn pressure(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
     let distributions = solution.distributions();
     let line = |cp: &[f64]| nodes.iter().zip(cp).map(|(n, cp)| [n[0], *cp]).collect::<Vec<_>>();
-    let mark = |k: usize, name: &str| Annotation { x: solution.coefficients.transition[k], label: format!("transition {name}") };
+    let mark = |k: usize, name: &str| Annotation {
+        x: solution.coefficients.transition[k],
+        label: format!("transition {name}"),
+    };
     let lines = vec![
         series("viscous", line(&distributions.cp), Stroke::SECTION),
         series("inviscid", line(&distributions.cp_inviscid), Stroke::palette(0).dashed()),
