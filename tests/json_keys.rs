@@ -28,12 +28,12 @@ const POINT: [&str; 17] = [
     "reynolds",
     "cl",
     "cd",
-    "cd_pressure",
-    "cd_friction",
     "cm",
+    "cp_min",
     "transition_upper",
     "transition_lower",
-    "cp_min",
+    "cd_pressure",
+    "cd_friction",
     "seconds",
 ];
 
@@ -140,8 +140,18 @@ fn analyze() {
     assert_eq!(keys(&result), POINT);
     let result = of(&["analyze", "naca0012", "--alpha", "2", "--trip", "0.1", "--gradients", "--json"]);
     assert_eq!(keys(&result), POINT.into_iter().chain(["gradients", "nodes"]).collect::<Vec<_>>());
-    assert_eq!(keys(&result["gradients"]), ["cl", "cd", "cm"]);
+    const COEFFICIENTS: [&str; 6] = ["cl", "cd", "cm", "cp_min", "transition_upper", "transition_lower"];
+    let held = |result: &Value| result["gradients"]["held"].as_str().unwrap().to_string();
+    assert_eq!(keys(&result["gradients"]), ["held"].into_iter().chain(COEFFICIENTS).collect::<Vec<_>>());
     assert_eq!(keys(&result["gradients"]["cl"]), ["alpha", "mach", "reynolds", "x", "y"]);
+    assert_eq!(held(&result), "alpha");
+    let result = of(&["analyze", "naca0012", "--cl", "0.2", "--trip", "0.1", "--gradients", "--json"]);
+    let wanted: Vec<_> = ["held"].into_iter().chain(COEFFICIENTS).chain(["alpha"]).collect();
+    assert_eq!(keys(&result["gradients"]), wanted);
+    assert_eq!(held(&result), "cl");
+    // the lift does not change, and drag is no function of the angle
+    assert!(result["gradients"]["cl"]["y"].as_array().unwrap().iter().all(|d| d.as_f64().unwrap().abs() < 1e-9));
+    assert!(result["gradients"]["cd"]["alpha"].is_null());
     let result = of(&["analyze", "naca0012", "--alpha", "2", "--inviscid", "--json"]);
     assert_eq!(keys(&result), ["converged", "alpha", "mach", "cl", "cm", "cp_min", "seconds"]);
 }

@@ -4,8 +4,9 @@ use super::document::Document;
 use super::error::CaseError;
 use super::schema::{CaseTable, FlowTable, Trip};
 use crate::design::{FlowAnalysis, OperatingPoint};
-use crate::flow::{Condition, Incidence, Settings};
+use crate::flow::{Condition, FlowError, FlowSolver, Incidence, PanelSolver, Settings};
 use crate::section::Section;
+use std::sync::Arc;
 
 /// Panels where nothing is said.
 const PANELS: usize = 160;
@@ -23,6 +24,8 @@ pub(super) fn flow_analysis(
     if tables.is_empty() {
         return Err(document.error(&["flow"], "no operating point"));
     }
+    // constraints on the flow are met to 1e-10
+    let solver = PanelSolver { settings: Settings { tolerance: 1e-12, ..Settings::default() } };
     let several = tables.len() > 1;
     let mut points: Vec<OperatingPoint> = Vec::new();
     for (index, table) in tables.iter().enumerate() {
@@ -42,7 +45,7 @@ pub(super) fn flow_analysis(
         if !(weight >= 0.0 && weight.is_finite()) {
             return Err(document.error(&["flow", "weight"], format!("weight {weight} must not be negative")));
         }
-        points.push(OperatingPoint { name, weight, condition: condition(document, table)? });
+        points.push(OperatingPoint { name, weight, condition: condition(document, table, &solver)? });
     }
     if points.iter().all(|p| p.weight == 0.0) {
         return Err(document.error(&["flow", "weight"], "all weights are zero"));
@@ -56,12 +59,10 @@ pub(super) fn flow_analysis(
         let (least, most) = (PANEL_RANGE.start(), PANEL_RANGE.end());
         return Err(document.error(&["flow", "panels"], format!("{chosen} panels; from {least} to {most}")));
     }
-    // constraints on the flow are met to 1e-10
-    let settings = Settings { tolerance: 1e-12, ..Settings::default() };
-    Ok(Some(FlowAnalysis::new(section, points, chosen, settings)))
+    Ok(Some(FlowAnalysis::new(section, points, chosen, Arc::new(solver))))
 }
 
-fn condition(document: &Document, table: &FlowTable) -> Result<Condition, CaseError> {
+fn condition(document: &Document, table: &FlowTable, solver: &dyn FlowSolver) -> Result<Condition, CaseError> {
     let incidence = match (table.alpha, table.cl) {
         (Some(degrees), None) => Incidence::Alpha(degrees.to_radians()),
         (None, Some(lift)) => Incidence::Lift(lift),
@@ -76,12 +77,12 @@ fn condition(document: &Document, table: &FlowTable) -> Result<Condition, CaseEr
     if let Some(Trip(trips)) = table.trip {
         condition.trips = trips.map(Some);
     }
-    condition.check().map_err(|error| {
+    solver.check(&condition).map_err(|error| {
         let key = match &error {
-            crate::flow::FlowError::Condition { name, .. } if name.starts_with("Mach") => "mach",
-            crate::flow::FlowError::Condition { name, .. } if name.starts_with("Reynolds") => "reynolds",
-            crate::flow::FlowError::Condition { name, .. } if name.starts_with("critical") => "ncrit",
-            crate::flow::FlowError::Condition { name, .. } if name.starts_with("trip") => "trip",
+            FlowError::Condition { name, .. } if name.starts_with("Mach") => "mach",
+            FlowError::Condition { name, .. } if name.starts_with("Reynolds") => "reynolds",
+            FlowError::Condition { name, .. } if name.starts_with("critical") => "ncrit",
+            FlowError::Condition { name, .. } if name.starts_with("trip") => "trip",
             _ if table.alpha.is_some() => "alpha",
             _ => "cl",
         };

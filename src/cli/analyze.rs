@@ -2,10 +2,9 @@
 
 use super::flow_arguments::{FlowArguments, panelled};
 use super::{Failure, figures, pretty, print, print_json};
-use crate::flow::{Derivatives, InviscidSolution, Settings, Solution};
+use crate::flow::{InviscidSolution, Settings, Solution};
 use crate::report::OutputDirectory;
 use crate::report::json::{AnalysisReport, InviscidReport};
-use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -50,11 +49,9 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     }
     let solution = section.analyze(&condition, &Settings::default(), None).map_err(input)?;
     let seconds = begin.elapsed().as_secs_f64();
-    let report = serde_json::to_value(AnalysisReport::new(&solution, seconds));
-    let mut result = report.map_err(|e| Failure::Computation(e.to_string()))?;
+    let mut result = AnalysisReport::new(&solution, seconds);
     if arguments.gradients {
-        result["gradients"] = gradients_json(&solution);
-        result["nodes"] = json!(nodes);
+        result = result.with_gradients(&solution, &nodes);
     }
     if let Some(directory) = &directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
@@ -89,16 +86,6 @@ fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
         solution.coefficients.cl,
         solution.coefficients.cd
     )
-}
-
-fn gradients_json(solution: &Solution) -> Value {
-    let Some(gradients) = solution.gradients().filter(|_| solution.is_reliable()) else { return Value::Null };
-    let one = |d: &Derivatives| {
-        let axis = |k: usize| d.nodes.iter().map(|n| n[k]).collect::<Vec<_>>();
-        // the command line speaks degrees
-        json!({ "alpha": d.alpha.to_radians(), "mach": d.mach, "reynolds": d.reynolds, "x": axis(0), "y": axis(1) })
-    };
-    json!({ "cl": one(&gradients.cl), "cd": one(&gradients.cd), "cm": one(&gradients.cm) })
 }
 
 fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> String {

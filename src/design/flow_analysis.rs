@@ -3,7 +3,9 @@
 use super::DesignError;
 use super::geometry::Shape;
 use crate::ffd::LinearMap;
-use crate::flow::{Condition, PanelledSection, Settings, Solution, panel_parameters};
+use crate::flow::{
+    COEFFICIENTS, Coefficients, Condition, FlowSection, FlowSolver, HeldGradients, Solution, panel_parameters,
+};
 use crate::scalar::Scalar;
 use crate::section::Section;
 use num_dual::DualSVec64;
@@ -21,86 +23,72 @@ pub struct OperatingPoint {
     pub condition: Condition,
 }
 
-/// A number that is read off a flow.
+/// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag), or
+/// `alpha` (angle of attack in degrees, an outcome where the lift is held).
+///
+/// The lowest pressure coefficient `cp_min` is only continuous where two suction peaks tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum FlowOutput {
-    /// Lift coefficient.
-    Lift,
-    /// Drag coefficient.
-    Drag,
-    /// Moment coefficient about the quarter chord, nose-up positive.
-    Moment,
-    /// Lift over drag.
+pub struct FlowOutput(Kind);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A coefficient, by its place among all.
+    Coefficient(usize),
     LiftToDrag,
-    /// Lowest pressure coefficient. Continuous only where two suction peaks tie.
-    LowestPressure,
-    /// Angle of attack in degrees: an outcome where the lift is held.
     Alpha,
-    /// Transition on the upper side, x in chords.
-    TransitionUpper,
-    /// Transition on the lower side, x in chords.
-    TransitionLower,
 }
 
-/// Numbers of a solution that outputs are made of, in the order of [`base_values`].
-const BASE: usize = 7;
-type BaseDual = DualSVec64<8>;
+const LIFT_TO_DRAG: &str = "cl/cd";
+const ALPHA: &str = "alpha";
+
+/// Derivatives of an output with respect to the coefficients and, last, the angle of attack.
+type ByNumbers = DualSVec64<{ COEFFICIENTS + 1 }>;
 
 impl FlowOutput {
-    const ALL: [Self; 8] = [
-        Self::Lift,
-        Self::Drag,
-        Self::Moment,
-        Self::LiftToDrag,
-        Self::LowestPressure,
-        Self::Alpha,
-        Self::TransitionUpper,
-        Self::TransitionLower,
-    ];
-
     /// The names in case files.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::ALL.into_iter().map(Self::name)
+        <Coefficients>::NAMES.into_iter().chain([LIFT_TO_DRAG, ALPHA])
     }
 
     /// The output of a name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|output| output.name() == name)
+        let coefficient = || <Coefficients>::NAMES.iter().position(|known| *known == name).map(Kind::Coefficient);
+        match name {
+            LIFT_TO_DRAG => Some(Kind::LiftToDrag),
+            ALPHA => Some(Kind::Alpha),
+            _ => coefficient(),
+        }
+        .map(Self)
     }
 
     /// The name of the output in case files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Lift => "cl",
-            Self::Drag => "cd",
-            Self::Moment => "cm",
-            Self::LiftToDrag => "cl/cd",
-            Self::LowestPressure => "cp_min",
-            Self::Alpha => "alpha",
-            Self::TransitionUpper => "transition_upper",
-            Self::TransitionLower => "transition_lower",
+        match self.0 {
+            Kind::Coefficient(place) => <Coefficients>::NAMES[place],
+            Kind::LiftToDrag => LIFT_TO_DRAG,
+            Kind::Alpha => ALPHA,
         }
     }
 
-    fn of<S: Scalar>(self, base: &[S; BASE]) -> S {
-        let [cl, cd, cm, cp_min, upper, lower, alpha] = *base;
-        match self {
-            Self::Lift => cl,
-            Self::Drag => cd,
-            Self::Moment => cm,
-            Self::LiftToDrag => cl / cd,
-            Self::LowestPressure => cp_min,
-            Self::Alpha => alpha * 1f64.to_degrees(),
-            Self::TransitionUpper => upper,
-            Self::TransitionLower => lower,
+    /// The output of coefficients and an angle of attack in radians.
+    fn of<S: Scalar>(self, coefficients: &Coefficients<S>, alpha: S) -> S {
+        match self.0 {
+            Kind::Coefficient(place) => coefficients.to_array()[place],
+            Kind::LiftToDrag => coefficients.cl / coefficients.cd,
+            Kind::Alpha => alpha * 1f64.to_degrees(),
         }
     }
-}
 
-fn base_values(solution: &Solution) -> [f64; BASE] {
-    let [cl, cd, cm, cp_min, upper, lower] = solution.coefficients.to_array();
-    [cl, cd, cm, cp_min, upper, lower, solution.alpha]
+    /// The output of a solution, with its derivatives by the coefficients and the angle.
+    fn of_solution(self, solution: &Solution) -> ByNumbers {
+        let mut place = 0;
+        let mut variable = |value: f64| {
+            place += 1;
+            ByNumbers::from_re(value).derivative(place - 1)
+        };
+        let coefficients = solution.coefficients.map(&mut variable);
+        self.of(&coefficients, variable(solution.alpha))
+    }
 }
 
 /// An output at one operating point, or its weighted mean over all of them.
@@ -140,11 +128,8 @@ pub struct FlowTiming {
 pub(super) struct Flows {
     nodes: Vec<[f64; 2]>,
     solutions: Vec<Result<Solution, DesignError>>,
-    gradients: Vec<OnceLock<Option<PointGradients>>>,
+    gradients: Vec<OnceLock<Option<HeldGradients>>>,
 }
-
-/// Derivatives of the numbers of [`base_values`] with respect to the nodes.
-type PointGradients = [Vec<[f64; 2]>; BASE];
 
 /// Panels at fixed parameters of the section and the points at which their flow is wanted.
 ///
@@ -153,7 +138,7 @@ type PointGradients = [Vec<[f64; 2]>; BASE];
 #[derive(Debug)]
 pub(crate) struct FlowAnalysis {
     points: Vec<OperatingPoint>,
-    settings: Settings,
+    solver: Arc<dyn FlowSolver>,
     edge: crate::section::TrailingEdge,
     /// Control points of the section → panel nodes.
     map: LinearMap,
@@ -169,7 +154,7 @@ impl Clone for FlowAnalysis {
     fn clone(&self) -> Self {
         Self {
             points: self.points.clone(),
-            settings: self.settings,
+            solver: Arc::clone(&self.solver),
             edge: self.edge,
             map: self.map.clone(),
             latest: Mutex::new(self.latest().clone()),
@@ -181,7 +166,12 @@ impl Clone for FlowAnalysis {
 
 impl FlowAnalysis {
     /// Panels chosen on the undeformed `section`; weights are scaled to add up to one.
-    pub fn new(section: &Section<f64>, mut points: Vec<OperatingPoint>, panels: usize, settings: Settings) -> Self {
+    pub fn new(
+        section: &Section<f64>,
+        mut points: Vec<OperatingPoint>,
+        panels: usize,
+        solver: Arc<dyn FlowSolver>,
+    ) -> Self {
         let total: f64 = points.iter().map(|p| p.weight).sum();
         points.iter_mut().for_each(|p| p.weight /= total);
         let curve = section.curve();
@@ -195,7 +185,7 @@ impl FlowAnalysis {
         }
         Self {
             points,
-            settings,
+            solver,
             edge: section.trailing_edge(),
             map,
             latest: Mutex::default(),
@@ -241,8 +231,8 @@ impl FlowAnalysis {
         if let Some(flows) = known {
             return flows;
         }
-        let solutions = match PanelledSection::new(&nodes, self.edge) {
-            Ok(section) => self.solve(&section),
+        let solutions = match self.solver.section(&nodes, self.edge) {
+            Ok(section) => self.solve(&*section),
             Err(error) => self.points.iter().map(|_| Err(error.clone().into())).collect(),
         };
         let gradients = solutions.iter().map(|_| OnceLock::new()).collect();
@@ -256,13 +246,13 @@ impl FlowAnalysis {
     }
 
     /// All points at once, on as many threads as there are processors.
-    fn solve(&self, section: &PanelledSection) -> Vec<Result<Solution, DesignError>> {
+    fn solve(&self, section: &dyn FlowSection) -> Vec<Result<Solution, DesignError>> {
         let begin = Instant::now();
         let indices: Vec<usize> = (0..self.points.len()).collect();
         let one = |&index: &usize| -> Result<Solution, DesignError> {
             let point = &self.points[index];
             let start = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
-            let solution = section.analyze(&point.condition, &self.settings, start)?;
+            let solution = section.analyze(&point.condition, start)?;
             if solution.is_reliable() {
                 return Ok(solution);
             }
@@ -322,19 +312,18 @@ impl FlowAnalysis {
         let mut sum = 0.0;
         for (point, share) in self.shares(quantity) {
             let solution = flows.solutions[point].as_ref().map_err(DesignError::clone)?;
-            let base = base_values(solution);
-            let seeded = std::array::from_fn(|k| BaseDual::from_re(base[k]).derivative(k));
-            let output = quantity.output.of(&seeded);
+            let output = quantity.output.of_solution(solution);
             sum += share * output.re;
             if slope.is_empty() {
                 continue;
             }
             let gradients = flows.gradients[point].get().and_then(Option::as_ref);
             let gradients = gradients.ok_or_else(|| DesignError::NotFinite { name: quantity.name() })?;
-            let Some(by_base) = output.eps.0 else { continue };
-            for (k, gradient) in gradients.iter().enumerate().filter(|(k, _)| by_base[*k] != 0.0) {
-                let weight = factor * share * by_base[k];
-                for (sum, own) in by_node.iter_mut().zip(gradient) {
+            let numbers = gradients.coefficients.iter().chain([&gradients.alpha]);
+            let by_number = output.eps.unwrap_generic(nalgebra::Const::<{ COEFFICIENTS + 1 }>, nalgebra::U1);
+            for (gradient, by_number) in numbers.zip(&by_number).filter(|(_, by_number)| **by_number != 0.0) {
+                let weight = factor * share * by_number;
+                for (sum, own) in by_node.iter_mut().zip(&gradient.nodes) {
                     sum[0] += weight * own[0];
                     sum[1] += weight * own[1];
                 }
@@ -352,7 +341,7 @@ impl FlowAnalysis {
             return;
         }
         let begin = Instant::now();
-        let found = in_parallel(&flows.solutions, |solution| solution.as_ref().ok().and_then(point_gradients));
+        let found = in_parallel(&flows.solutions, |solution| solution.as_ref().ok()?.held_gradients());
         let count = found.iter().flatten().count();
         for (place, gradients) in flows.gradients.iter().zip(found) {
             place.get_or_init(|| gradients);
@@ -362,13 +351,6 @@ impl FlowAnalysis {
             timing.gradient_seconds += begin.elapsed().as_secs_f64();
         });
     }
-}
-
-/// Derivatives of one solution with what its condition holds held: the angle of attack, or the lift.
-fn point_gradients(solution: &Solution) -> Option<PointGradients> {
-    let held = solution.held_gradients()?;
-    let [cl, cd, cm, cp_min, upper, lower] = held.coefficients.map(|d| d.nodes).to_array();
-    Some([cl, cd, cm, cp_min, upper, lower, held.alpha.nodes])
 }
 
 /// `of` every item, in order, on as many threads as there are processors.

@@ -2,7 +2,7 @@
 //!
 //! [`Coefficients`] is the one place that knows which coefficients there are, and their order.
 
-use serde::{Deserialize, Serialize};
+use serde::{Serialize, Serializer};
 
 /// Number of coefficients.
 pub(crate) const COEFFICIENTS: usize = 6;
@@ -18,7 +18,7 @@ pub(crate) const COEFFICIENTS: usize = 6;
 /// let names: Vec<&str> = drag_counts.named().map(|(name, _)| name).collect();
 /// assert_eq!(names, ["cl", "cd", "cm", "cp_min", "transition_upper", "transition_lower"]);
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Coefficients<T = f64> {
     /// Lift coefficient.
     pub cl: T,
@@ -93,8 +93,15 @@ impl<T> Coefficients<T> {
     }
 }
 
+/// A map from [names](Coefficients::NAMES) to values.
+impl<T: Serialize> Serialize for Coefficients<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.named())
+    }
+}
+
 /// Derivatives of one quantity of a flow with respect to all inputs of the flow.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Derivatives {
     /// With respect to the coordinates of every node, in the order given, per chord.
     pub nodes: Vec<[f64; 2]>,

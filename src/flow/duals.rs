@@ -1,18 +1,7 @@
-//! The small dual numbers of the local Jacobians.
+//! The small dual numbers of local derivatives.
 
-use super::layer::{GLOBALS, UNKNOWNS};
 use crate::differentiate::Tangent;
 
-/// Derivatives with respect to the unknowns of one station.
-pub(crate) type ByStation = Tangent<UNKNOWNS>;
-/// Derivatives with respect to the unknowns of two stations, the upstream one first.
-pub(crate) type ByPair = Tangent<{ 2 * UNKNOWNS }>;
-/// Derivatives with respect to the unknowns of two stations and then to their two abscissas.
-pub(crate) type ByInterval = Tangent<{ 2 * UNKNOWNS + 2 }>;
-/// Derivatives with respect to the unknowns of three stations.
-pub(crate) type ByThree = Tangent<{ 3 * UNKNOWNS }>;
-/// Derivatives in the global directions.
-pub(crate) type ByGlobal = Tangent<GLOBALS>;
 pub(crate) type Dual2 = Tangent<2>;
 /// Derivatives with respect to a place in the frame of a panel and its length, or to three neighbouring points.
 pub(crate) type Dual3 = Tangent<3>;
@@ -25,14 +14,6 @@ pub(crate) type Dual8 = Tangent<8>;
 #[inline(always)]
 pub(crate) fn gradient<const N: usize>(x: &Tangent<N>) -> [f64; N] {
     x.eps
-}
-
-/// Puts the derivatives by the unknowns of one station into the directions from `offset` on.
-#[inline(always)]
-pub(crate) fn widen<const N: usize>(x: ByStation, offset: usize) -> Tangent<N> {
-    let mut wide = Tangent::from_re(x.re);
-    wide.eps[offset..offset + UNKNOWNS].copy_from_slice(&x.eps);
-    wide
 }
 
 /// The chain rule: `outer` carries its derivatives with respect to numbers that are themselves the dual numbers `inner`.

@@ -1,6 +1,6 @@
 //! What can be wrong with a request for a flow solution.
 
-/// Why there is no flow solution at all. A solution that is not to be trusted is a [`Status`](super::Status) instead.
+/// Why there is no flow solution at all, or no derivatives of one. A solution that is not to be trusted is a [`Status`](super::Status) instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FlowError {
     /// Too few nodes to resolve a section.
@@ -49,6 +49,15 @@ pub enum FlowError {
     /// The panel equations have no unique solution for this outline.
     #[error("the panel equations are singular; does the outline cross itself?")]
     SingularPanels,
+    /// Coefficients are wanted over a scalar that carries more than first derivatives.
+    #[error("the coefficients of a flow carry first derivatives only; give the nodes in a first-order dual number")]
+    FirstOrderOnly,
+    /// Coefficients are wanted for other nodes than those of the solution.
+    #[error("the real parts of the nodes are not the nodes that the flow was solved for")]
+    OtherNodes,
+    /// A flow that is not converged has no derivatives.
+    #[error("the flow is not converged, so that its coefficients have no derivatives")]
+    NoDerivatives,
     /// A number of the operating point is out of range.
     #[error("{name} is {value}; it must be {allowed}")]
     Condition {

@@ -50,6 +50,7 @@ pub(crate) mod testcases;
 mod tests;
 
 pub use crate::section::TrailingEdge;
+pub(crate) use coefficients::COEFFICIENTS;
 pub use coefficients::{Coefficients, Derivatives, Gradients};
 pub use condition::{Condition, Incidence, Settings};
 pub use error::FlowError;

@@ -1,5 +1,6 @@
 //! Where the panel nodes of a section sit.
 
+use crate::plane::distance;
 use crate::section::Section;
 
 /// Samples of a section between which the node density is integrated.
@@ -34,8 +35,7 @@ pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
     let parameters = section.parameters(SAMPLES);
     let mut arc = vec![0.0];
     for ends in parameters.windows(2) {
-        let (a, b) = (curve.point_at(ends[0]), curve.point_at(ends[1]));
-        arc.push(arc[arc.len() - 1] + (b[0] - a[0]).hypot(b[1] - a[1]));
+        arc.push(arc[arc.len() - 1] + distance(curve.point_at(ends[0]), curve.point_at(ends[1])));
     }
     let total = arc[arc.len() - 1];
     let curvature = smoothed_curvature(section, &parameters, &arc);
@@ -120,7 +120,7 @@ mod tests {
             let parameters = panel_parameters(&section, 161);
             assert!(parameters.windows(2).all(|w| w[0] < w[1]));
             let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
-            let lengths: Vec<f64> = nodes.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).collect();
+            let lengths: Vec<f64> = nodes.windows(2).map(|w| distance(w[0], w[1])).collect();
             assert!(lengths.windows(2).all(|w| (w[0] / w[1]).ln().abs() < 0.6), "{name}");
             let foremost = (0..161).fold(0, |best, k| if nodes[k][0] < nodes[best][0] { k } else { best });
             let nose = lengths[foremost - 1];

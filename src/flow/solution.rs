@@ -1,7 +1,9 @@
 //! A flow about a section as every solver gives it: coefficients, distributions, status, derivatives.
 
+use super::FlowError;
 use super::coefficients::{Coefficients, Derivatives, Gradients};
 use super::condition::{Condition, Incidence};
+use crate::scalar::Scalar;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::borrow::Cow;
@@ -113,10 +115,13 @@ pub(super) trait Record: Any + Debug + Send + Sync {
     fn gradients(&self) -> Option<Gradients>;
 
     fn distributions(&self) -> Distributions;
+
+    /// The nodes of the section as they were given.
+    fn nodes(&self) -> &[[f64; 2]];
 }
 
 /// Derivatives of what a solution reports, with that held which the condition holds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldGradients {
     /// Derivatives of the coefficients.
     pub coefficients: Gradients,
@@ -199,6 +204,51 @@ impl Solution {
                 HeldGradients { coefficients: at_alpha.at_fixed_lift(), alpha: at_alpha.alpha_at_fixed_lift() }
             }
         })
+    }
+
+    /// The coefficients over any scalar that carries first derivatives at most: `nodes` are those of the solution, in
+    /// chords, with whatever derivatives they have. What the condition holds is held: the angle of attack, or the lift.
+    ///
+    /// ```
+    /// use aeroform::flow::{Condition, Incidence, Settings, TrailingEdge, analyze, panel_parameters};
+    /// use aeroform::section::SectionDefinition;
+    /// use num_dual::Dual64;
+    /// let section = SectionDefinition::parse("naca2412")?.section()?;
+    /// let at = |u: f64| section.curve().point_at(u);
+    /// let nodes: Vec<[f64; 2]> = panel_parameters(&section, 121).into_iter().map(at).collect();
+    /// let condition = Condition::new(Incidence::Alpha(0.03), 3e6);
+    /// let solution = analyze(&nodes, TrailingEdge::Blunt, &condition, &Settings::default(), None)?;
+    /// // all of the section grows thicker about the x axis
+    /// let thicker: Vec<[Dual64; 2]> = nodes.iter().map(|&[x, y]| [x.into(), Dual64::new(y, y)]).collect();
+    /// let lifted = solution.lift(&thicker)?;
+    /// assert_eq!(lifted.cd.re, solution.coefficients.cd);
+    /// assert!(lifted.cd.eps > 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`FlowError::FirstOrderOnly`] for scalars with higher derivatives, [`FlowError::OtherNodes`] for nodes whose real
+    /// parts are not those of the solution (to 1e-9 chords), [`FlowError::NoDerivatives`] where the solution is not
+    /// converged.
+    pub fn lift<S: Scalar, P: Into<[S; 2]> + Copy>(&self, nodes: &[P]) -> Result<Coefficients<S>, FlowError> {
+        if S::NDERIV > 1 {
+            return Err(FlowError::FirstOrderOnly);
+        }
+        let nodes: Vec<[S; 2]> = nodes.iter().map(|&p| p.into()).collect();
+        let own = self.record.nodes();
+        let far = |(own, other): (&[f64; 2], &[S; 2])| !(0..2).all(|c| (other[c].re() - own[c]).abs() <= 1e-9);
+        if own.len() != nodes.len() || own.iter().zip(&nodes).any(far) {
+            return Err(FlowError::OtherNodes);
+        }
+        if S::NDERIV == 0 {
+            return Ok(self.coefficients.map(S::from));
+        }
+        let gradients = self.held_gradients().ok_or(FlowError::NoDerivatives)?.coefficients;
+        // Taylor's formula, exact for what the scalar carries
+        Ok(self.coefficients.zip(gradients).map(|(value, gradient)| {
+            let moves = nodes.iter().zip(&gradient.nodes).flat_map(|(node, by)| [(node[0], by[0]), (node[1], by[1])]);
+            moves.fold(S::from(value), |sum, (coordinate, by)| sum + (coordinate - coordinate.re()) * by)
+        }))
     }
 
     /// Distributions along the surface and the wake, for plots and constraints.

@@ -291,3 +291,36 @@ fn distributions_belong_together() {
     }
     assert!(d.wake[d.wake.len() - 1].shape_parameter < 1.2);
 }
+
+#[test]
+fn a_solution_takes_nodes_with_derivatives() {
+    use num_dual::{Dual2_64, Dual64, DualSVec64};
+    let nodes = blunt();
+    let condition = Condition { incidence: Incidence::Lift(0.3), trips: [Some(0.1); 2], ..at(0.0) };
+    let s = analyze(&nodes, TrailingEdge::Blunt, &condition, &TIGHT, None).unwrap();
+    let bump = |x: f64| (3.0 * x).sin();
+    let moved = |eps: f64| nodes.iter().map(|p| [p[0], p[1] + eps * bump(p[0])]).collect::<Vec<_>>();
+    let single: Vec<[Dual64; 2]> = nodes.iter().map(|p| [p[0].into(), Dual64::new(p[1], bump(p[0]))]).collect();
+    let wide: Vec<nalgebra::Point2<DualSVec64<2>>> = nodes
+        .iter()
+        .map(|p| {
+            let y = DualSVec64::from(p[1]) + DualSVec64::<2>::from(0.0).derivative(1) * bump(p[0]);
+            nalgebra::Point2::new(p[0].into(), y)
+        })
+        .collect();
+    let (single, wide) = (s.lift(&single).unwrap(), s.lift(&wide).unwrap());
+    let h = 1e-5;
+    let [low, high] = [-h, h]
+        .map(|eps| analyze(&moved(eps), TrailingEdge::Blunt, &condition, &TIGHT, Some(&s)).unwrap().coefficients);
+    let difference = (high.cd - low.cd) / (2.0 * h);
+    assert!((difference / single.cd.eps - 1.0).abs() < 1e-4, "{difference} {}", single.cd.eps);
+    for (single, wide) in single.iter().zip(wide.iter()) {
+        let by = wide.eps.unwrap_generic(nalgebra::Const::<2>, nalgebra::U1);
+        assert_eq!((single.re, by[0]), (wide.re, 0.0));
+        assert!((single.eps - by[1]).abs() <= 1e-12 * single.eps.abs());
+    }
+    assert_eq!(s.lift::<f64, _>(&nodes).unwrap(), s.coefficients);
+    assert_eq!(s.lift::<f64, _>(&moved(1e-6)), Err(FlowError::OtherNodes));
+    let second: Vec<[Dual2_64; 2]> = nodes.iter().map(|p| p.map(Dual2_64::from)).collect();
+    assert_eq!(s.lift(&second), Err(FlowError::FirstOrderOnly));
+}

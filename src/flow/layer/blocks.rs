@@ -6,11 +6,17 @@
 use super::edge::EdgeLaw;
 use super::equations::{EQUATIONS, Interval, Layer, Link, first, turned};
 use super::interval::{Merged, Span};
-use super::station::{Derived, Regime, State, UNKNOWNS};
-use super::unknowns::{GLOBALS, Side, Unknowns};
+use super::station::{ByStation, Derived, Regime, State, UNKNOWNS};
+use super::unknowns::{ByGlobal, GLOBALS, Side, Unknowns};
 use crate::differentiate::Tangent;
-use crate::flow::duals::{ByGlobal, ByInterval, ByPair, ByStation, ByThree, widen};
 use crate::flow::memory::{Recycled, kept};
+
+/// Derivatives with respect to the unknowns of two stations, the upstream one first.
+type ByPair = Tangent<{ 2 * UNKNOWNS }>;
+/// Derivatives with respect to the unknowns of two stations and then to their two abscissas.
+type ByInterval = Tangent<{ 2 * UNKNOWNS + 2 }>;
+/// Derivatives with respect to the unknowns of three stations.
+type ByThree = Tangent<{ 3 * UNKNOWNS }>;
 
 /// Derivatives of the equations of a station with respect to the unknowns of one station.
 pub(crate) type Coupling = [State; EQUATIONS];
@@ -36,7 +42,11 @@ fn coupling<const N: usize>(residuals: &[Tangent<N>; EQUATIONS], first: usize) -
 
 /// A station in the directions from `offset` on of wider dual numbers.
 fn placed<const N: usize>(station: &Derived<ByStation>, offset: usize) -> Derived<Tangent<N>> {
-    station.map(|v| widen(v, offset))
+    station.map(|v| {
+        let mut wide = Tangent::from_re(v.re);
+        wide.eps[offset..offset + UNKNOWNS].copy_from_slice(&v.eps);
+        wide
+    })
 }
 
 /// Directions of the unknowns of the station at the end of an interval, and of the abscissas.

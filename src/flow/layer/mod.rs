@@ -29,7 +29,9 @@ pub(crate) use edge::{Edge, EdgeLaw, FreeStream};
 pub(crate) use equations::{EQUATIONS, Layer};
 pub(crate) use layout::Layout;
 pub(crate) use march::OuterSpeeds;
-pub(crate) use station::{Derived, Regime, State, UNKNOWNS};
+pub(crate) use station::{ByStation, Derived, Regime, State};
 pub(crate) use steps::Metric;
 pub(crate) use transition::is_inside;
-pub(crate) use unknowns::{Change, GLOBAL_UNKNOWNS, GLOBALS, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
+pub(crate) use unknowns::{
+    ByGlobal, Change, GLOBAL_UNKNOWNS, GLOBALS, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns,
+};

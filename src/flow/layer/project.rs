@@ -9,10 +9,9 @@ use super::closure::shape;
 use super::edge::EdgeLaw;
 use super::equations::{EQUATIONS, Interval, Layer, first};
 use super::interval::{Merged, Span};
-use super::station::{Derived, Regime, State, transition_state};
+use super::station::{ByStation, Derived, Regime, State, transition_state};
 use super::transport::Profiles;
 use super::unknowns::{Side, Unknowns};
-use crate::flow::duals::ByStation;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Newton iterations at one station.

@@ -4,11 +4,12 @@ use super::closure::turbulent::{self, Kind};
 use super::closure::{laminar, shape};
 use super::edge::EdgeLaw;
 use crate::differentiate::Tangent;
-use crate::flow::duals::ByStation;
 use crate::scalar::Scalar;
 
 /// Number of unknowns of a station.
 pub(crate) const UNKNOWNS: usize = 4;
+/// Derivatives with respect to the unknowns of one station.
+pub(crate) type ByStation = Tangent<UNKNOWNS>;
 
 /// One number for every unknown of a station: the unknowns themselves, a change of them, or the derivatives of something
 /// with respect to them. Logarithms keep every thickness, stress and speed positive and Hk above 1.

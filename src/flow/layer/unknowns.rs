@@ -2,12 +2,15 @@
 
 use super::layout::Layout;
 use super::station::{Regime, State};
+use crate::differentiate::Tangent;
 use crate::scalar::Scalar;
 
 /// Directions of the global derivatives: arc length of the stagnation point from the first node, arc lengths from there
 /// to transition on the upper and on the lower side, total arc length of the surface. The last is constant in a solution
 /// and an input of its derivatives.
 pub(crate) const GLOBALS: usize = 4;
+/// Derivatives in the global directions.
+pub(crate) type ByGlobal = Tangent<GLOBALS>;
 pub(crate) const STAGNATION: usize = 0;
 pub(crate) const TRANSITION: [usize; 2] = [1, 2];
 pub(crate) const TOTAL: usize = 3;

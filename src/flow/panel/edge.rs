@@ -13,6 +13,7 @@
 use super::kernel::{Place, velocity_influence};
 use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
 use super::polar::{Polar, Straight};
+use crate::plane::distance;
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 
@@ -142,7 +143,7 @@ pub(crate) fn closing_velocity(outline: &Outline, point: [f64; 2]) -> [f64; 2] {
     let (nodes, n) = (&outline.nodes, outline.len());
     let frame = TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
     let panel = outline.panel(n - 1);
-    let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);
+    let length = distance(panel[0], panel[1]);
     let v = velocity_influence(panel, point, Place::Elsewhere);
     [0, 1].map(|c| {
         ((v.vortex[0][c] + v.vortex[1][c]) * frame.vortex + (v.source[0][c] + v.source[1][c]) * frame.source) / length

@@ -6,6 +6,7 @@ use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
 use super::polar::{Polar, Straight};
 use crate::flow::FlowError;
 use crate::flow::linear::Factors;
+use crate::plane::distance;
 use nalgebra::DMatrix;
 
 /// Factorised panel equations of one section: vortex strengths at the nodes for any onset flow.
@@ -87,7 +88,7 @@ pub(crate) fn closing_influence(outline: &Outline, i: usize) -> f64 {
     let frame = TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
     let panel = outline.panel(n - 1);
     let influence = stream_influence(panel, nodes[i], outline.place(i, n - 1));
-    let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);
+    let length = distance(panel[0], panel[1]);
     ((influence.vortex[0] + influence.vortex[1]) * frame.vortex + influence.source * frame.source) / length
 }
 

@@ -3,7 +3,7 @@
 //!
 //! [`kernel`], [`polar`], [`outline`], [`inviscid`], [`edge`] and [`wake`] make up the flow without a layer,
 //! [`compressibility`] corrects it, [`coupling`] couples it with the layer, [`section`] leads from an operating point to a
-//! solution, of which [`record`] remembers what is needed; [`outputs`] reads the coefficients off it and [`adjoint`]
+//! solution, of which [`record`] remembers what is needed ([`solved`]); [`outputs`] reads the coefficients off it and [`adjoint`]
 //! differentiates them.
 //!
 //! Kernels are generic over [`Scalar`](crate::scalar::Scalar); systems are factorised in `f64`.
@@ -22,6 +22,7 @@ mod outputs;
 mod polar;
 mod record;
 mod section;
+mod solved;
 mod wake;
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The panelled section: nodes, arc length, trailing edge.
 
 use crate::flow::FlowError;
+use crate::plane::{cross, distance, minus};
 use crate::scalar::Scalar;
 pub use crate::section::TrailingEdge;
 
@@ -95,15 +96,10 @@ pub(crate) fn balance<S: Scalar>(nodes: [[S; 2]; 3]) -> [S; 2] {
     [moved(0), moved(1)]
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
 /// Area enclosed by the polygon, positive counter-clockwise; summed about its first point.
 fn signed_area(nodes: &[[f64; 2]]) -> f64 {
     let o = nodes[0];
-    let cross = |p: &[[f64; 2]]| (p[0][0] - o[0]) * (p[1][1] - o[1]) - (p[1][0] - o[0]) * (p[0][1] - o[1]);
-    0.5 * nodes.windows(2).map(cross).sum::<f64>()
+    0.5 * nodes.windows(2).map(|p| cross(minus(p[0], o), minus(p[1], o))).sum::<f64>()
 }
 
 /// Arc length of the polygon from the first node to each node.

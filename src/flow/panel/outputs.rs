@@ -1,14 +1,14 @@
 //! The coefficients of a solution: how each follows from what the solver found, and what it depends on directly.
 
-use super::adjoint::{Solved, output_gradient, through_defects};
 use super::compressibility::{KarmanTsien, PanelEdge, panel_loads};
+use super::coupling::reduced::Reduced;
 use super::coupling::response::SectionResponse;
 use super::coupling::surface::combine_real;
-use super::coupling::system::Reduced;
 use super::outline::TrailingEdge;
+use super::solved::{Direct, Solved, output_gradient, through_defects};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual2, Dual8, gradient};
-use crate::flow::layer::{Change, Derived, Regime, Side, State};
+use crate::flow::layer::{Derived, Regime, Side, State};
 use crate::flow::linear::dot;
 use crate::flow::search::Equations;
 use crate::scalar::Scalar;
@@ -22,39 +22,6 @@ pub(super) struct SurfaceValues {
     pub cl: f64,
     pub cm: f64,
     pub cp_min: f64,
-}
-
-/// What a coefficient depends on directly, the rest held: the strengths at the nodes are a variable of their own.
-#[derive(Debug, Clone)]
-pub(super) struct Direct {
-    /// Derivatives with respect to the strengths at the nodes.
-    pub strengths: Vec<f64>,
-    /// Derivatives with respect to the [balanced](super::outline::balance) nodes.
-    pub balanced: Vec<[f64; 2]>,
-    /// Derivatives with respect to the nodes as given.
-    pub given: Vec<[f64; 2]>,
-    /// Derivatives with respect to the node indices of points along the surface, which are given by their numbers.
-    pub index: Vec<(usize, f64)>,
-    /// Derivatives with respect to the unknowns.
-    pub unknowns: Change,
-    pub alpha: f64,
-    pub mach: f64,
-    pub reynolds: f64,
-}
-
-impl Direct {
-    fn none(nodes: usize, stations: usize) -> Self {
-        Self {
-            strengths: vec![0.0; nodes],
-            balanced: vec![[0.0; 2]; nodes],
-            given: vec![[0.0; 2]; nodes],
-            index: Vec::new(),
-            unknowns: Change::zeros(stations),
-            alpha: 0.0,
-            mach: 0.0,
-            reynolds: 0.0,
-        }
-    }
 }
 
 /// The coefficients of a solution.

@@ -1,11 +1,13 @@
 //! What the panel solver remembers of a solution, and what it reads off it.
 
-use super::adjoint::{Solved, gradients};
+use super::adjoint::gradients;
 use super::compressibility::KarmanTsien;
+use super::coupling::reduced::Reduced;
 use super::coupling::response::{FlowResponse, SectionResponse};
-use super::coupling::speeds::{node_strengths, value_at};
-use super::coupling::system::{Linearised, Reduced, Stream, System};
+use super::coupling::speeds::node_strengths;
+use super::coupling::system::{Linearised, Stream, System};
 use super::outputs;
+use super::solved::Solved;
 use crate::flow::coefficients::{Coefficients, Gradients};
 use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
 use crate::flow::search::End;
@@ -82,7 +84,7 @@ impl PanelRecord {
     /// The place on the surface at a node index.
     fn places(&self) -> impl Fn(f64) -> [f64; 2] + '_ {
         let [x, y] = [0, 1].map(|c| self.coordinate(c));
-        move |t| [value_at(&self.section, &x, t), value_at(&self.section, &y, t)]
+        move |t| [self.section.map.spline.value(&x, t), self.section.map.spline.value(&y, t)]
     }
 
     /// x of the stagnation point, in chords.
@@ -174,6 +176,10 @@ impl PanelRecord {
 }
 
 impl Record for PanelRecord {
+    fn nodes(&self) -> &[[f64; 2]] {
+        &self.nodes
+    }
+
     fn gradients(&self) -> Option<Gradients> {
         Some(gradients(&self.solved(), &Reduced::new(&self.at)?))
     }

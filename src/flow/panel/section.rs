@@ -2,7 +2,6 @@
 
 use super::compressibility::KarmanTsien;
 use super::coupling::response::{FlowResponse, SectionResponse};
-use super::coupling::speeds::value_at;
 use super::coupling::surface::invert;
 use super::coupling::system::{Linearised, Stream, System};
 use super::outline::{Outline, TrailingEdge};
@@ -12,7 +11,7 @@ use super::record::{PanelRecord, Sought};
 use crate::flow::FlowError;
 use crate::flow::condition::{Condition, Incidence, Settings};
 use crate::flow::layer::{Layout, Unknowns};
-use crate::flow::search::{self, Effort, End, Equations, Family, newton};
+use crate::flow::search::{self, Effort, End, Family, newton};
 use crate::flow::solution::{Attempt, Solution, Status};
 use crate::flow::solver::{FlowSection, FlowSolver};
 use std::any::Any;
@@ -139,10 +138,10 @@ impl PanelledSection {
         PanelSolver { settings: *settings }.check(condition)?;
         settings.check()?;
         let warm = warm.and_then(panel_record).map(|(alpha, record)| (alpha, record.unknowns.clone()));
-        let point = Point { section: self, condition: *condition, settings: *settings };
+        let request = Request { section: self, condition: *condition, settings: *settings };
         Ok(match condition.incidence {
-            Incidence::Alpha(alpha) => point.report(point.at_alpha(alpha, warm.map(|(_, unknowns)| unknowns))),
-            Incidence::Lift(lift) => point.at_lift(lift, warm),
+            Incidence::Alpha(alpha) => request.report(request.at_alpha(alpha, warm.map(|(_, unknowns)| unknowns))),
+            Incidence::Lift(lift) => request.at_lift(lift, warm),
         })
     }
 }
@@ -176,8 +175,8 @@ const WARM_REACH: f64 = 0.1;
 const LIFT_STEPS: usize = 20;
 const LIFT_REACH: f64 = 0.05;
 
-/// One operating point of a section.
-struct Point<'a> {
+/// One flow that is asked for.
+struct Request<'a> {
     section: &'a PanelledSection,
     condition: Condition,
     settings: Settings,
@@ -192,7 +191,7 @@ struct Ended {
     converged: bool,
 }
 
-impl Point<'_> {
+impl Request<'_> {
     fn at_alpha(&self, alpha: f64, warm: Option<Unknowns>) -> Ended {
         let Self { section, settings, .. } = self;
         let response = &section.response;
@@ -261,7 +260,7 @@ impl Point<'_> {
         let nose = section.panels.outline.foremost() as f64;
         let (spline, last) = (&section.map.spline, (x.len() - 1) as f64);
         let c = spline.coefficients(&x);
-        let arc = |t: f64| value_at(section, &section.map.arc, t);
+        let arc = |t: f64| section.map.spline.value(&section.map.arc, t);
         let [upper, lower] = self.condition.trips.map(|trip| trip.filter(|&x| x < 1.0));
         [
             upper.map(|x| arc(invert(spline, &c, x, 0.0, nose, -1.0))),
@@ -325,7 +324,7 @@ impl PanelFamily<'_> {
 impl Family for PanelFamily<'_> {
     type Outer = FlowResponse;
     type At = Linearised;
-    type Factors = super::coupling::system::Reduced;
+    type Factors = super::coupling::reduced::Reduced;
     type Equations<'b>
         = System<'b>
     where

@@ -9,8 +9,9 @@
 //! derivative with respect to the angle is that flow a quarter turn on.
 
 use super::budget::Budget;
-use super::place::{Place, temporary_trips};
-use super::{Effort, Equations, Family, Residuals, newton};
+use super::family::{Effort, Equations, Family, Residuals};
+use super::neighbour::{Neighbour, temporary_trips};
+use super::newton;
 use crate::flow::layer::{Change, Layout, Metric, Unknowns};
 
 /// First, largest and smallest step, in the metric of the usual changes of one Newton step.
@@ -63,7 +64,7 @@ impl Parameter {
         }
     }
 
-    fn value(self, place: &Place) -> f64 {
+    fn value(self, place: &Neighbour) -> f64 {
         match self {
             Self::Angle => place.turned,
             Self::Trips => place.trips.ln(),
@@ -71,10 +72,10 @@ impl Parameter {
     }
 
     /// The place with the parameter at `value`.
-    pub(super) fn at(self, value: f64, place: &Place) -> Place {
+    pub(super) fn at(self, value: f64, place: &Neighbour) -> Neighbour {
         match self {
-            Self::Angle => Place { turned: value, ..*place },
-            Self::Trips => Place { trips: value.exp(), ..*place },
+            Self::Angle => Neighbour { turned: value, ..*place },
+            Self::Trips => Neighbour { trips: value.exp(), ..*place },
         }
     }
 }
@@ -100,7 +101,7 @@ pub(super) fn follow<F: Family>(
     layout: &Layout,
     what: &str,
     from: Unknowns,
-    (parameter, place): (Parameter, Place),
+    (parameter, place): (Parameter, Neighbour),
 ) -> Option<Unknowns> {
     let mut branch = Branch::new(family, layout, parameter, place);
     let start = parameter.value(&place);
@@ -177,14 +178,14 @@ pub(super) struct Jacobian<F: Family> {
 pub(super) struct Branch<'a, F: Family> {
     family: &'a F,
     parameter: Parameter,
-    place: Place,
+    place: Neighbour,
     outer: F::Outer,
     trips: [Option<f64>; 2],
     layout: &'a Layout,
 }
 
 impl<'a, F: Family> Branch<'a, F> {
-    pub fn new(family: &'a F, layout: &'a Layout, parameter: Parameter, place: Place) -> Self {
+    pub fn new(family: &'a F, layout: &'a Layout, parameter: Parameter, place: Neighbour) -> Self {
         let outer = family.turned(place.turned.to_radians());
         Self { family, parameter, place, outer, trips: temporary_trips(family, place.trips), layout }
     }

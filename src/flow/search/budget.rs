@@ -1,6 +1,6 @@
 //! What a search has tried, and how much work is left.
 
-use super::End;
+use super::family::End;
 use crate::flow::Attempt;
 use crate::flow::layer::Layout;
 

@@ -5,7 +5,7 @@
 //! 1995, chapter 7) learn from every step how the Jacobian has changed, so that the residuals fall ever faster. Only
 //! residuals are evaluated, in `f64`.
 
-use super::{Equations, Residuals};
+use super::family::{Equations, Residuals};
 use crate::flow::layer::{Change, Side, Unknowns, is_inside};
 
 /// A step is worth following if it leaves at most this share of the residuals.

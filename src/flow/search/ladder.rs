@@ -3,8 +3,9 @@
 
 use super::branch::{Parameter, follow};
 use super::budget::Budget;
-use super::place::{Place, temporary_trips};
-use super::{Effort, End, Equations, Family, newton};
+use super::family::{Effort, End, Equations, Family};
+use super::neighbour::{Neighbour, temporary_trips};
+use super::newton;
 use crate::flow::Attempt;
 use crate::flow::layer::transport::resample;
 use crate::flow::layer::{Layout, Unknowns};
@@ -145,14 +146,14 @@ impl<F: Family> Ladder<'_, F> {
         angles.iter().find_map(|by| {
             let turned = by * self.family.lift_sign();
             let what = format!("{turned:+} degrees");
-            self.by_place(&what, Place { turned, ..Place::default() }, &[Parameter::Angle])
+            self.by_place(&what, Neighbour { turned, ..Neighbour::default() }, &[Parameter::Angle])
         })
     }
 
     /// Solves with trips close to the nose and follows the branch along which they move downstream.
     fn by_trips(&mut self) -> Option<End<F::At>> {
         let what = format!("trips at {EARLY_TRIP} of the sides");
-        self.by_place(&what, Place { trips: EARLY_TRIP, ..Place::default() }, &[Parameter::Trips])
+        self.by_place(&what, Neighbour { trips: EARLY_TRIP, ..Neighbour::default() }, &[Parameter::Trips])
     }
 
     /// Solves with trips close to the nose at a neighbouring angle of attack: first the angle changes back, then the trips
@@ -161,13 +162,13 @@ impl<F: Family> Ladder<'_, F> {
         ANGLES_WITH_TRIPS.into_iter().find_map(|by| {
             let turned = by * self.family.lift_sign();
             let what = format!("trips at {EARLY_TRIP} of the sides, {turned:+} degrees");
-            let place = Place { turned, trips: EARLY_TRIP };
+            let place = Neighbour { turned, trips: EARLY_TRIP };
             self.by_place(&what, place, &[Parameter::Angle, Parameter::Trips])
         })
     }
 
     /// Solves at a place that is easier than the one wanted and follows branches along one parameter after the other.
-    fn by_place(&mut self, what: &str, place: Place, parameters: &[Parameter]) -> Option<End<F::At>> {
+    fn by_place(&mut self, what: &str, place: Neighbour, parameters: &[Parameter]) -> Option<End<F::At>> {
         BRANCH_LAYOUTS.into_iter().find_map(|share| {
             if self.budget.exhausted() {
                 return None;
@@ -189,7 +190,7 @@ pub(super) fn start_of_branch<F: Family>(
     family: &F,
     budget: &mut Budget,
     layout: &Layout,
-    place: Place,
+    place: Neighbour,
     what: &str,
 ) -> Option<Unknowns> {
     let outer = family.turned(place.turned.to_radians());

@@ -1,7 +1,7 @@
 //! Newton's method with step limits.
 
 use super::chord::Kept;
-use super::{Effort, End, Equations, Residuals};
+use super::family::{Effort, End, Equations, Residuals};
 use crate::flow::layer::transport::Profiles;
 use crate::flow::layer::{Change, Side, Unknowns};
 

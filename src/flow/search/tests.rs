@@ -3,8 +3,8 @@
 use super::branch::{Branch, Parameter, follow};
 use super::budget::Budget;
 use super::ladder::{Ladder, start_of_branch};
-use super::place::Place;
-use super::{Effort, Equations, newton};
+use super::neighbour::Neighbour;
+use super::{Effort, newton};
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::panel::testing::{PanelFamily, with_family};
 
@@ -39,11 +39,11 @@ fn branches_lead_to_the_solution_wanted() {
     with_flow(|family| {
         let layout = family.layout;
         let mut budget = Budget::new(layout, Vec::new());
-        let wanted = start_of_branch(family, &mut budget, layout, Place::default(), "start").unwrap();
+        let wanted = start_of_branch(family, &mut budget, layout, Neighbour::default(), "start").unwrap();
         let places = [
-            (Parameter::Angle, Place { turned: -2.0, ..Place::default() }),
-            (Parameter::Angle, Place { turned: 2.0, ..Place::default() }),
-            (Parameter::Trips, Place { trips: 0.05, ..Place::default() }),
+            (Parameter::Angle, Neighbour { turned: -2.0, ..Neighbour::default() }),
+            (Parameter::Angle, Neighbour { turned: 2.0, ..Neighbour::default() }),
+            (Parameter::Trips, Neighbour { trips: 0.05, ..Neighbour::default() }),
         ];
         for (parameter, place) in places {
             let from = start_of_branch(family, &mut budget, layout, place, "start").unwrap();
@@ -59,7 +59,7 @@ fn tangents_are_those_of_the_solutions() {
     with_flow(|family| {
         let layout = family.layout;
         for (parameter, value) in [(Parameter::Angle, -0.5), (Parameter::Trips, -2.5)] {
-            let place = parameter.at(value, &Place::default());
+            let place = parameter.at(value, &Neighbour::default());
             let branch = Branch::new(family, layout, parameter, place);
             let solve = |at: &Branch<PanelFamily>, from: &Unknowns| {
                 let end = newton::solve(&at.equations(), from.clone(), Effort::new(1e-11, 30));

@@ -1,6 +1,6 @@
 //! Flows about a section.
 
-use crate::flow::{Attempt, InviscidSolution, Solution};
+use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution};
 use serde::Serialize;
 
 /// A viscous flow; the coefficients of a flow whose status says that its numbers do not hold are `None`.
@@ -22,30 +22,54 @@ pub struct AnalysisReport {
     pub mach: f64,
     /// Reynolds number of the chord.
     pub reynolds: f64,
-    /// Lift coefficient.
-    pub cl: Option<f64>,
-    /// Drag coefficient.
-    pub cd: Option<f64>,
+    /// The coefficients, each under the name it has in case files.
+    #[serde(flatten)]
+    pub coefficients: Coefficients<Option<f64>>,
     /// Drag coefficient of the pressure.
     pub cd_pressure: Option<f64>,
     /// Drag coefficient of the friction.
     pub cd_friction: Option<f64>,
-    /// Moment coefficient about the quarter chord, nose-up positive.
-    pub cm: Option<f64>,
-    /// Transition on the upper side, x in chords.
-    pub transition_upper: Option<f64>,
-    /// Transition on the lower side, x in chords.
-    pub transition_lower: Option<f64>,
-    /// Lowest pressure coefficient.
-    pub cp_min: Option<f64>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
+    /// Derivatives, where they were asked for; `None` inside where the numbers do not hold.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gradients: Option<Option<FlowGradientsReport>>,
+    /// Panel nodes that the derivatives belong to, in chords.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Vec<[f64; 2]>>,
+}
+
+/// Exact derivatives of a flow.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FlowGradientsReport {
+    /// What is held while the other inputs change: `"alpha"`, or `"cl"` where the lift was asked for.
+    pub held: &'static str,
+    /// Derivatives of the coefficients, each under the name it has in case files.
+    #[serde(flatten)]
+    pub coefficients: Coefficients<FlowDerivatives>,
+    /// Derivatives of the angle of attack (degrees), where the lift is held.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<FlowDerivatives>,
+}
+
+/// Derivatives of one number of a flow.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FlowDerivatives {
+    /// With respect to the angle of attack, per degree; `None` where the lift is held, so that the angle is no input.
+    pub alpha: Option<f64>,
+    /// With respect to the Mach number.
+    pub mach: f64,
+    /// With respect to the Reynolds number.
+    pub reynolds: f64,
+    /// With respect to x of every node, per chord.
+    pub x: Vec<f64>,
+    /// With respect to y of every node, per chord.
+    pub y: Vec<f64>,
 }
 
 impl AnalysisReport {
     /// The report of a flow that took `seconds`.
     pub fn new(solution: &Solution, seconds: f64) -> Self {
-        let condition = solution.condition;
         let reliable = solution.is_reliable();
         let number = |value: f64| reliable.then_some(value);
         Self {
@@ -55,18 +79,43 @@ impl AnalysisReport {
             iterations: solution.iterations,
             attempts: solution.attempts.clone(),
             alpha: solution.alpha.to_degrees(),
-            mach: condition.mach,
-            reynolds: condition.reynolds,
-            cl: number(solution.coefficients.cl),
-            cd: number(solution.coefficients.cd),
+            mach: solution.condition.mach,
+            reynolds: solution.condition.reynolds,
+            coefficients: solution.coefficients.map(number),
             cd_pressure: number(solution.cd_pressure),
             cd_friction: number(solution.cd_friction),
-            cm: number(solution.coefficients.cm),
-            transition_upper: number(solution.coefficients.transition[0]),
-            transition_lower: number(solution.coefficients.transition[1]),
-            cp_min: number(solution.coefficients.cp_min),
             seconds,
+            gradients: None,
+            nodes: None,
         }
+    }
+
+    /// The report with derivatives; `nodes` are those of the solution.
+    pub fn with_gradients(self, solution: &Solution, nodes: &[[f64; 2]]) -> Self {
+        Self { gradients: Some(FlowGradientsReport::new(solution)), nodes: Some(nodes.to_vec()), ..self }
+    }
+}
+
+impl FlowGradientsReport {
+    /// The derivatives with that held which the condition holds; `None` where the numbers do not hold.
+    pub fn new(solution: &Solution) -> Option<Self> {
+        let gradients = solution.held_gradients().filter(|_| solution.is_reliable())?;
+        let lift_held = matches!(solution.condition.incidence, Incidence::Lift(_));
+        let one = |d: &Derivatives, unit: f64| {
+            let axis = |k: usize| d.nodes.iter().map(|n| unit * n[k]).collect();
+            FlowDerivatives {
+                alpha: (!lift_held).then_some(unit * d.alpha.to_radians()),
+                mach: unit * d.mach,
+                reynolds: unit * d.reynolds,
+                x: axis(0),
+                y: axis(1),
+            }
+        };
+        Some(Self {
+            held: if lift_held { "cl" } else { "alpha" },
+            coefficients: gradients.coefficients.as_ref().map(|d| one(d, 1.0)),
+            alpha: lift_held.then(|| one(&gradients.alpha, 1f64.to_degrees())),
+        })
     }
 }
 

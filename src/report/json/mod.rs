@@ -27,7 +27,7 @@ mod named;
 mod run;
 mod section;
 
-pub use analysis::{AnalysisReport, InviscidReport, PolarReport};
+pub use analysis::{AnalysisReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PolarReport};
 pub use evaluation::{CaseEntry, CaseList, EvaluationReport};
 pub use gradients::{DerivativeReport, GradientsReport};
 pub use named::Named;

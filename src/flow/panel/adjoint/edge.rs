@@ -1,8 +1,8 @@
 //! Reverse sweep through the equation of the trailing edge: the cut, whose few points move with the edge.
 
 use super::influence::scatter_edge;
+use super::reverse::{Collected, Lanes, Reverse};
 use super::sums::Vectors;
-use super::{Collected, Lanes, Reverse};
 use crate::flow::duals::{Dual8, gradient};
 use crate::flow::panel::edge::Cut;
 

@@ -1,7 +1,7 @@
 //! Reverse sweep through the panel equations: every panel and every node, once for all outputs.
 
+use super::reverse::{Collected, Lanes, Reverse, Strengths, by_columns, lanes};
 use super::sums::{Points, Quantity, Slopes, Vectors, panel_sums, scatter_ends};
-use super::{Collected, Lanes, Reverse, Strengths, by_columns, lanes};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual3, Dual4, Dual8, gradient};
 use crate::flow::panel::coupling::response::edge_place;

@@ -4,7 +4,7 @@
 //! (dual numbers of width three) the derivatives to the ends of the panel need only sums over the points, which are
 //! turned into the outer frame once a panel.
 
-use super::{Collected, Lanes};
+use super::reverse::{Collected, Lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::duals::{Dual3, Dual4, gradient};
 use crate::flow::linear::dot;
@@ -79,7 +79,7 @@ const _: () = assert!(BLOCK.is_multiple_of(STEP), "sums would leave numbers out"
 
 /// The numbers of one quantity at the points of a block.
 #[derive(Clone)]
-struct Block<const N: usize> {
+struct SlopeBlock<const N: usize> {
     numbers: [[f64; BLOCK]; N],
     /// Coefficients of the unit vector along the panel.
     turn: [[f64; BLOCK]; 2],
@@ -87,11 +87,11 @@ struct Block<const N: usize> {
 
 /// What one panel does at all points; the first three numbers are the derivatives of a quantity with respect to the
 /// coordinates of the point in the frame of the panel and to the length of the panel.
-pub(super) struct Slopes<const N: usize>(Vec<Block<N>>);
+pub(super) struct Slopes<const N: usize>(Vec<SlopeBlock<N>>);
 
 impl<const N: usize> Slopes<N> {
     pub fn zeros(points: usize) -> Self {
-        let block = Block { numbers: [[0.0; BLOCK]; N], turn: [[0.0; BLOCK]; 2] };
+        let block = SlopeBlock { numbers: [[0.0; BLOCK]; N], turn: [[0.0; BLOCK]; 2] };
         Self(vec![block; points.div_ceil(BLOCK)])
     }
 
@@ -137,7 +137,7 @@ impl<const N: usize> Slopes<N> {
     }
 }
 
-impl<const N: usize> Block<N> {
+impl<const N: usize> SlopeBlock<N> {
     /// The first three kinds of numbers.
     #[inline(always)]
     fn slopes(&self) -> [&[f64; BLOCK]; 3] {
@@ -214,7 +214,7 @@ fn seen<const N: usize>(
 
 /// The loop of [`Slopes::fill`], compiled for the vectors the processor has.
 struct Fill<'a, const N: usize, Q> {
-    block: &'a mut Block<N>,
+    block: &'a mut SlopeBlock<N>,
     points: [&'a [f64]; 2],
     panel: &'a Straight,
     quantity: &'a Q,
@@ -237,7 +237,7 @@ impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
 /// Never inlined, so that the compiler knows that what it writes to is nothing it reads.
 #[inline(never)]
 fn fill_vectorised<const N: usize, Q: Quantity<N>>(
-    block: &mut Block<N>,
+    block: &mut SlopeBlock<N>,
     points: [&[f64]; 2],
     panel: &Straight,
     quantity: &Q,

@@ -1,7 +1,7 @@
 //! Reverse sweep through the surface coordinate: positions of the stations, splines, projection, sub-panel speeds,
 //! trips; down to the lengths of the panels.
 
-use super::{Collected, Lanes, Reverse, Solved, lanes};
+use super::reverse::{Collected, Lanes, Reverse, lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::duals::{Dual2, Dual3, Dual4, gradient};
 use crate::flow::layer::equations::BY_TRIP;
@@ -11,7 +11,7 @@ use crate::flow::panel::coupling::projection;
 use crate::flow::panel::coupling::subpanel::{LocalSpeed, LocalSpeeds};
 use crate::flow::panel::coupling::surface::{combine, combine_real};
 use crate::flow::panel::coupling::system::signed;
-use crate::flow::panel::outputs::Direct;
+use crate::flow::panel::solved::{Direct, Solved};
 use num_dual::DualNum;
 
 /// Sensitivities to the node index of every point, and to the arc-length rate there.
@@ -83,13 +83,8 @@ fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut [Lanes]
     let t = section.map.index(arc);
     let x: Vec<f64> = section.panels.outline.nodes.iter().map(|p| p[0]).collect();
     let slope: f64 = combine(&spline.slope_weights(t), &spline.coefficients(&x));
-    let rate: f64 = section.map.rate(t);
+    let by_nodes = spline.values_transposed(t, -section.map.rate::<f64>(t) / slope);
     let (first, w) = spline.weights(t);
-    let mut by_x = vec![0.0; section.len() + 2];
-    for q in 0..4 {
-        by_x[first + q] = -rate / slope * w[q];
-    }
-    let by_nodes = spline.coefficients_transposed(&by_x);
     let by_trip = gradient(&reverse.at.transition[side.index()])[BY_TRIP];
     let weights = reverse.multipliers.transition[side.index()] * -by_trip;
     for q in 0..4 {

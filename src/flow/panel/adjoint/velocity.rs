@@ -1,8 +1,8 @@
 //! Reverse sweep through the velocities that panels bring about at points, taken in a direction at each point.
 
 use super::influence::{closing_strengths, origin, scatter_edge, seen_from};
+use super::reverse::{Collected, Lanes, Reverse, Strengths};
 use super::sums::{PanelSums, Points, Quantity, Slopes, Vectors, panel_sums, scatter_ends};
-use super::{Collected, Lanes, Reverse, Strengths};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual3, Dual4, gradient};
 use crate::flow::panel::coupling::response::wake_place;

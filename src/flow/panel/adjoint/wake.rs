@@ -3,15 +3,16 @@
 
 use super::edge::add_cut;
 use super::influence::{PanelWeights, add_wake_stream, edge_frame_dual, scatter_edge};
+use super::reverse::{Collected, Lanes, Reverse, lanes};
 use super::sums::Points;
 use super::velocity::{Observers, Velocities};
-use super::{Collected, Lanes, Reverse, Solved, lanes};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual2, Dual4, Dual8, gradient};
 use crate::flow::layer::equations::Interval;
 use crate::flow::layer::{EdgeLaw, Regime};
 use crate::flow::panel::coupling::response::{wake_points, wake_tangents};
 use crate::flow::panel::outline::TrailingEdge;
+use crate::flow::panel::solved::Solved;
 use crate::flow::panel::wake;
 use num_dual::DualNum;
 

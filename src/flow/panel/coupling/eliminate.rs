@@ -17,7 +17,7 @@ type Square = [[f64; 3]; 3];
 /// A station's states as a linear function of those upstream, the logarithms of the defects, the globals and its own
 /// residuals.
 #[derive(Debug, Clone)]
-struct Link {
+struct Response {
     /// Station, response to its states and to its defect.
     upstream: [Option<(usize, Square, Triple)>; 2],
     own: Triple,
@@ -26,11 +26,11 @@ struct Link {
     residual: Square,
 }
 
-kept!(Link);
+kept!(Response);
 
 #[derive(Debug, Clone)]
 pub(super) struct Elimination {
-    links: Recycled<Link>,
+    links: Recycled<Response>,
     /// Speed of every station.
     pub speed: Vec<f64>,
 }
@@ -82,7 +82,7 @@ impl Elimination {
                     (station, times(&residual, &states), apply(&residual, &defect))
                 })
             });
-            Some(Link { upstream, own: apply(&residual, &defect), globals: times(&residual, &globals), residual })
+            Some(Response { upstream, own: apply(&residual, &defect), globals: times(&residual, &globals), residual })
         };
         let links = system.blocks.iter().enumerate().map(link).collect::<Option<_>>()?;
         let speed = system.derived.iter().map(|d| d.speed.re).collect();

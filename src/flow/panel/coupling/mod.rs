@@ -5,13 +5,14 @@
 //! [`speeds`]), and what the panels cannot resolve is added locally ([`subpanel`]). So nothing hops from node to node, and
 //! the coefficients are smooth functions of the shape.
 //!
-//! [`system`] puts the equations together; with [`eliminate`] it reduces the Newton system to about one unknown per
-//! station, and gives Newton's method and the search ([`Equations`](crate::flow::search::Equations)) what they ask for.
+//! [`system`] puts the equations together; [`eliminate`] and [`reduced`] reduce the Newton system to about one unknown per
+//! station, and give Newton's method and the search ([`Equations`](crate::flow::search::Equations)) what they ask for.
 //!
 //! Depends on the rest of [`panel`](super) and on the [`layer`](crate::flow::layer).
 
 mod eliminate;
 pub(crate) mod projection;
+pub(crate) mod reduced;
 pub(crate) mod response;
 pub(crate) mod speeds;
 pub(crate) mod subpanel;

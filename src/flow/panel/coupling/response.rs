@@ -3,7 +3,6 @@
 //! Everything here is constant during the Newton iteration: the airfoil part belongs to the section, the wake part
 //! also to the incidence.
 
-use super::speeds::value_at;
 use super::subpanel;
 use super::surface::invert;
 use super::surface_map::SurfaceMap;
@@ -15,6 +14,7 @@ use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_lengths};
 use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::wake;
+use crate::plane::distance;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -119,8 +119,7 @@ fn pass_on_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
 fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
     let mut result = DMatrix::zeros(values.ncols(), values.nrows() + 2);
     for (j, column) in values.column_iter().enumerate() {
-        let column: Vec<f64> = column.iter().copied().collect();
-        for (k, c) in map.spline.coefficients(&column).into_iter().enumerate() {
+        for (k, c) in map.spline.coefficients(column.as_slice()).into_iter().enumerate() {
             result[(j, k)] = c;
         }
     }
@@ -286,11 +285,14 @@ impl FlowResponse {
     pub fn stagnation(&self, section: &SectionResponse) -> f64 {
         let nodes = &section.panels.outline.nodes;
         let edge = section.edge_frame().middle;
-        let reach = |i: usize| (nodes[i][0] - edge[0]).hypot(nodes[i][1] - edge[1]);
+        let reach = |i: usize| distance(nodes[i], edge);
         let changes = (1..nodes.len()).filter(|&i| self.inviscid[i - 1] > 0.0 && self.inviscid[i] <= 0.0);
         // without a change of sign (no such flow is known) the march starts from the middle, and Newton's method judges
         let at = changes.max_by(|&a, &b| reach(a).total_cmp(&reach(b))).unwrap_or(nodes.len() / 2) as f64;
-        value_at(section, &section.map.arc, invert(&section.map.spline, &self.inviscid_spline, 0.0, at - 1.0, at, -1.0))
+        section
+            .map
+            .spline
+            .value(&section.map.arc, invert(&section.map.spline, &self.inviscid_spline, 0.0, at - 1.0, at, -1.0))
     }
 
     /// The onset flow at another angle of attack; the wake stays where it is.
@@ -383,7 +385,7 @@ fn surface_to_wake(
         let along = |v: [f64; 2]| along(k, v);
         if outline.trailing_edge == TrailingEdge::Blunt {
             let panel = outline.panel(n - 1);
-            let length = (panel[1][0] - panel[0][0]).hypot(panel[1][1] - panel[0][1]);
+            let length = distance(panel[0], panel[1]);
             let v = velocity_influence(panel, wake_nodes[k], Place::Elsewhere);
             let per_speed = ((along(v.vortex[0]) + along(v.vortex[1])) * frame.vortex
                 + (along(v.source[0]) + along(v.source[1])) * frame.source)

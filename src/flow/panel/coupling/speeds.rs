@@ -3,9 +3,8 @@
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
 use super::subpanel::LocalSpeeds;
-use super::surface::{Weights, combine, combine_real};
-use crate::flow::duals::ByGlobal;
-use crate::flow::layer::{GLOBALS, Layout, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
+use super::surface::{Weights, combine};
+use crate::flow::layer::{ByGlobal, GLOBALS, Layout, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
 use crate::flow::linear::{add_scaled, dot};
 use crate::flow::memory::{give_back, large_zeros};
 use crate::scalar::Scalar;
@@ -227,8 +226,10 @@ impl SpeedsByMass {
                 projector.set(lane, &by_nodes);
                 let mut column = points.column_mut(first + lane);
                 let (cell, w) = weights;
+                let by_wake = flow.spline_by_wake.as_slice();
+                let [a, b, c, d] = std::array::from_fn(|q| &by_wake[(cell + q) * wakes..][..wakes]);
                 for (k, value) in column.as_mut_slice()[count..].iter_mut().enumerate() {
-                    *value = (0..4).map(|q| w[q] * flow.spline_by_wake[(k, cell + q)]).sum();
+                    *value = w[0] * a[k] + w[1] * b[k] + w[2] * c[k] + w[3] * d[k];
                 }
             }
             projector.add(&mut points, first, lanes);
@@ -406,9 +407,4 @@ pub(crate) fn node_strengths(
         add_scaled(&mut strengths, *mass, column.as_slice());
     }
     strengths
-}
-
-/// Value of a function over the node index given by its spline coefficients.
-pub(crate) fn value_at(section: &SectionResponse, coefficients: &[f64], t: f64) -> f64 {
-    combine_real(&section.map.spline.weights(t), coefficients)
 }

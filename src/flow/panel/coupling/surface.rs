@@ -83,6 +83,11 @@ impl IndexSpline {
         y
     }
 
+    /// The value at `t` of the function with these coefficients.
+    pub fn value(&self, coefficients: &[f64], t: f64) -> f64 {
+        combine_real(&self.weights(t), coefficients)
+    }
+
     /// `factor` times the derivatives of the value at `t` with respect to the values at the nodes.
     pub fn values_transposed(&self, t: f64, factor: f64) -> Vec<f64> {
         let (first, weights) = self.weights(t);

@@ -1,7 +1,7 @@
 //! The map between node index and arc length: the geometry of the surface coordinate.
 
 use super::surface::{IndexSpline, combine, combine_real, invert};
-use crate::differentiate::Tangent;
+use crate::differentiate::{Tangent, lift_root};
 use crate::scalar::Scalar;
 
 /// Step of Newton's method for a node index after which there is no other.
@@ -36,8 +36,12 @@ impl SurfaceMap {
             let last = (self.nodes.len() - 1) as f64;
             invert(&self.spline, &self.arc, s.re(), 0.0, last, 1.0)
         });
-        let rate: f64 = combine(&self.spline.slope_weights(t), &self.arc);
-        (s - s.re()) / rate + t
+        let rate: f64 = self.rate(t);
+        // first derivatives are all that is asked for, so that the equation may be taken as linear
+        debug_assert!(S::NDERIV <= 1);
+        let lifted = lift_root(t, || rate, |u: S| (u - t) * rate - (s - s.re()));
+        // where the arc length stands still (only the end intervals may begin so) the flow is refused as not converged
+        lifted.unwrap_or(S::from(f64::NAN))
     }
 
     /// Node index at arc length `s` by Newton's method on the polynomial between two nodes. `None` where it does not

@@ -1,11 +1,12 @@
 //! The linearised system against differences, and elimination against the full system.
 
+use super::reduced::Reduced;
 use super::response::{FlowResponse, SectionResponse};
-use super::system::{Reduced, Stream, System};
+use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::panel::outline::Outline;
-use crate::flow::search::{Equations, Residuals};
+use crate::flow::search::Residuals;
 use crate::flow::testcases::naca_symmetric;
 
 /// Along the Newton step the residuals fall at the rate of their own size: that holds for every equation only if

@@ -1,18 +1,18 @@
 //! Conditions close to the one wanted, at which the flow is easier to find.
 
-use super::Family;
+use super::family::Family;
 use crate::flow::layer::Side;
 
 /// A condition close to the one wanted.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Neighbour {
     /// Angle of attack less that wanted, in degrees.
     pub turned: f64,
     /// Temporary trips, over the lengths of the sides.
     pub trips: f64,
 }
 
-impl Default for Place {
+impl Default for Neighbour {
     /// The condition wanted.
     fn default() -> Self {
         Self { turned: 0.0, trips: 1.0 }
