@@ -7,13 +7,16 @@
 //! `cargo run --example own_objective`
 
 use aeroform::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
-use aeroform::differentiate::{VectorFunction, jacobian};
 use aeroform::flow::{Condition, FlowSolver, Incidence, PanelSolver, Solution, TrailingEdge, panel_parameters};
 use aeroform::optimize::{Optimizer, Slsqp};
 use aeroform::scalar::Scalar;
 use aeroform::section::{Kulfan, Section, SectionError};
+use num_dual::DualSVec64;
 use std::error::Error;
 use std::ops::ControlFlow;
+
+/// A number with its derivatives by the six variables.
+type Number = DualSVec64<6>;
 
 /// Variables: three coefficients of the upper side, three of the lower side.
 const START: [f64; 6] = [0.17, 0.20, 0.20, -0.14, -0.10, -0.05];
@@ -34,24 +37,10 @@ fn section<S: Scalar>(x: &[S]) -> Result<Section<S>, SectionError> {
     Kulfan::new(x[..3].to_vec(), x[3..].to_vec())?.section()
 }
 
-/// Panel nodes, then area and thickness at 80 % of the chord, as one function of the variables.
-struct Shape {
-    parameters: Vec<f64>,
-}
-
-impl VectorFunction for Shape {
-    type Error = SectionError;
-    fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, SectionError> {
-        let section = section(x)?;
-        let curve = section.curve();
-        let nodes = self.parameters.iter().flat_map(|&u| curve.point_at(u));
-        Ok(nodes.chain([section.area(), section.thickness_at(0.8)?]).collect())
-    }
-}
-
 /// Drag with a price on the moment; area and rear thickness are constraints.
 struct Trimmed {
-    shape: Shape,
+    /// Curve parameters of the panel nodes.
+    parameters: Vec<f64>,
     solver: PanelSolver,
     /// The last flow, from which the next one starts.
     last: Option<Solution>,
@@ -62,7 +51,7 @@ impl Trimmed {
     fn new() -> Result<Self, SectionError> {
         let start = section(&START)?;
         // nodes keep their parameters while the shape changes, so that they move smoothly with it
-        let shape = Shape { parameters: panel_parameters(&start, 141) };
+        let parameters = panel_parameters(&start, 141);
         let least = |value: f64| Bounds { lower: value, upper: f64::INFINITY };
         let description = ProblemDescription {
             variable_names: ["u0", "u1", "u2", "l0", "l1", "l2"].map(String::from).to_vec(),
@@ -72,38 +61,36 @@ impl Trimmed {
             constraint_bounds: vec![least(start.area()), least(start.thickness_at(0.8)?)],
             value_names: vec!["cd".into(), "cm".into()],
         };
-        Ok(Self { shape, solver: PanelSolver::default(), last: None, description })
+        Ok(Self { parameters, solver: PanelSolver::default(), last: None, description })
     }
 
     fn try_evaluate(&mut self, x: &[f64]) -> Result<Evaluation, Box<dyn Error>> {
-        let (values, rows) = jacobian(&self.shape, x)?;
-        let count = self.shape.parameters.len();
-        let nodes: Vec<[f64; 2]> = (0..count).map(|i| [values[2 * i], values[2 * i + 1]]).collect();
-        let solution = self.solver.section(&nodes, TrailingEdge::Sharp)?.analyze(&POINT, self.last.as_ref())?;
+        let variables: Vec<Number> = x.iter().enumerate().map(|(k, &x)| Number::from(x).derivative(k)).collect();
+        let section = section(&variables)?;
+        let nodes: Vec<[Number; 2]> = self.parameters.iter().map(|&u| section.curve().point_at(u)).collect();
+        // the flow is solved with plain numbers; its adjoint carries the derivatives through
+        let places: Vec<[f64; 2]> = nodes.iter().map(|node| node.map(|c| c.re)).collect();
+        let solution = self.solver.section(&places, TrailingEdge::Sharp)?.analyze(&POINT, self.last.as_ref())?;
         if !solution.is_reliable() {
             return Err(format!("the flow is {}", solution.status).into());
         }
-        let held = solution.held_gradients().ok_or("the equations are singular")?;
-        let (cd, cm) = (solution.coefficients.cd, solution.coefficients.cm);
-        // the chain rule: derivatives by the nodes times derivatives of the nodes by the variables
-        let gradient = (0..x.len()).map(|v| {
-            let by_node = |i: usize| {
-                let [dx, dy] = [rows[(2 * i, v)], rows[(2 * i + 1, v)]];
-                let of = |d: &[f64; 2]| d[0] * dx + d[1] * dy;
-                of(&held.coefficients.cd.nodes[i]) + 2.0 * PRICE * cm * of(&held.coefficients.cm.nodes[i])
-            };
-            (0..count).map(by_node).sum()
-        });
-        let evaluation = Evaluation {
-            objective: cd + PRICE * cm * cm,
-            gradient: gradient.collect(),
-            constraints: values[2 * count..].to_vec(),
-            jacobian: (2 * count..values.len()).map(|r| rows.row(r).iter().copied().collect()).collect(),
-            values: vec![cd, cm],
-        };
+        let flow = solution.lift(&nodes)?;
         self.last = Some(solution);
-        Ok(evaluation)
+
+        let objective = flow.cd + flow.cm * flow.cm * PRICE;
+        let constraints = [section.area(), section.thickness_at(0.8)?];
+        Ok(Evaluation {
+            objective: objective.re,
+            gradient: derivatives(&objective),
+            constraints: constraints.map(|c| c.re).to_vec(),
+            jacobian: constraints.iter().map(derivatives).collect(),
+            values: vec![flow.cd.re, flow.cm.re],
+        })
     }
+}
+
+fn derivatives(number: &Number) -> Vec<f64> {
+    number.eps.unwrap_generic(nalgebra::Const::<6>, nalgebra::U1).as_slice().to_vec()
 }
 
 impl Problem for Trimmed {
