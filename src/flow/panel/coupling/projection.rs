@@ -4,6 +4,7 @@
 //! continuously differentiable in the station positions.
 
 use crate::scalar::Scalar;
+use num_dual::Dual;
 
 /// ∫ hat(τ) (τ + x)₊ dτ over the unit hat: the ramp that has risen for x at the centre of a node.
 fn ramp<S: Scalar>(x: S) -> S {
@@ -22,17 +23,7 @@ fn ramp<S: Scalar>(x: S) -> S {
 
 /// ∫ hat(τ) [τ + x > 0] dτ, the derivative of [`ramp`].
 fn step<S: Scalar>(x: S) -> S {
-    if x.re() <= -1.0 {
-        S::from(0.0)
-    } else if x.re() <= 0.0 {
-        let y = x + 1.0;
-        y * y * 0.5
-    } else if x.re() < 1.0 {
-        let y = -x + 1.0;
-        -(y * y * 0.5) + 1.0
-    } else {
-        S::from(1.0)
-    }
+    ramp(Dual::new(x, S::from(1.0))).eps
 }
 
 /// Calls `visit(node, weight)` for every node that feels the hat of station `p`; `t` are all stations, ascending,
