@@ -176,6 +176,21 @@ mod tests {
     }
 
     #[test]
+    fn the_transposed_inverse_is_the_transpose_of_the_inverse() {
+        let a = DMatrix::from_fn(17, 17, |i, j| (1.3 * i as f64 + 0.7 * (j * j) as f64 + (i * j) as f64).cos());
+        let factors = Factors::new(&a).unwrap();
+        let (b, c) = (DMatrix::from_fn(17, 1, |i, _| (2.1 * i as f64).sin()), DMatrix::from_element(17, 1, 0.6));
+        let (mut solved, mut transposed) = (b.clone(), c.clone());
+        factors.solve(&mut solved);
+        factors.solve_transposed(&mut transposed);
+        let single = factors.solve_transposed_vector(c.as_slice().to_vec());
+        let expected = solved.dot(&c);
+        let scale = solved.amax() * 17.0;
+        assert!((b.dot(&transposed) - expected).abs() < 1e-12 * scale, "{expected}");
+        assert!((dot(b.as_slice(), &single) - expected).abs() < 1e-12 * scale, "{expected}");
+    }
+
+    #[test]
     fn numbers_that_are_not_finite_are_found_anywhere() {
         let mut values = vec![1.0; 21];
         assert!(all_finite(&values));

@@ -323,3 +323,52 @@ fn a_solution_takes_nodes_with_derivatives() {
     let second: Vec<[Dual2_64; 2]> = nodes.iter().map(|p| p.map(Dual2_64::from)).collect();
     assert_eq!(s.lift(&second), Err(FlowError::FirstOrderOnly));
 }
+
+/// Lift and moment change their signs in the mirror, the other coefficients do not; the sides change their places.
+fn in_the_mirror<T: Clone>(of: &Coefficients<T>, negative: impl Fn(&T) -> T) -> Coefficients<T> {
+    let [upper, lower] = of.transition.clone();
+    Coefficients { cl: negative(&of.cl), cm: negative(&of.cm), transition: [lower, upper], ..of.clone() }
+}
+
+#[test]
+fn a_section_in_the_mirror_has_the_flow_in_the_mirror() {
+    for name in ["naca4412", "naca4412:sharp"] {
+        let section = crate::section::SectionDefinition::parse(name).unwrap().section().unwrap();
+        let nodes: Vec<[f64; 2]> =
+            panel_parameters(&section, 81).iter().map(|&u| section.curve().point_at(u)).collect();
+        let mirrored: Vec<[f64; 2]> = nodes.iter().rev().map(|[x, y]| [*x, -y]).collect();
+        let run = |nodes: &[[f64; 2]], alpha: f64, trips: [Option<f64>; 2]| {
+            let condition = Condition { mach: 0.2, trips, ..Condition::new(Incidence::Alpha(alpha), 2e6) };
+            analyze(nodes, section.trailing_edge(), &condition, &TIGHT, None).unwrap()
+        };
+        let (own, other) = (run(&nodes, 0.04, [Some(0.2), None]), run(&mirrored, -0.04, [None, Some(0.2)]));
+        assert!(own.is_reliable() && own.coefficients.cl > 0.5, "{name}: {:?}", own.coefficients);
+        let expected = in_the_mirror(&own.coefficients, |value| -value);
+        for ((what, a), b) in other.coefficients.named().zip(expected.iter()) {
+            assert!((a - b).abs() < 1e-9, "{name}, {what}: {a} for {b}");
+        }
+        // in the mirror y and the incidence, too, change their signs
+        let [own, other] = [&own, &other].map(|solution| solution.gradients().unwrap());
+        let reflected = own.map(|by| Derivatives {
+            nodes: by.nodes.iter().rev().map(|[x, y]| [*x, -y]).collect(),
+            alpha: -by.alpha,
+            ..by
+        });
+        let negative = |by: &Derivatives| Derivatives {
+            nodes: by.nodes.iter().map(|node| node.map(|d| -d)).collect(),
+            alpha: -by.alpha,
+            mach: -by.mach,
+            reynolds: -by.reynolds,
+        };
+        let expected = in_the_mirror(&reflected, negative);
+        for ((what, a), b) in other.named().zip(expected.iter()) {
+            let scale = b.nodes.as_flattened().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * scale;
+            assert!(close(a.alpha, b.alpha) && close(a.mach, b.mach), "{name}, {what}: {a:?} for {b:?}");
+            assert!(close(2e6 * a.reynolds, 2e6 * b.reynolds), "{name}, {what}: {} {}", a.reynolds, b.reynolds);
+            for (i, (a, b)) in a.nodes.as_flattened().iter().zip(b.nodes.as_flattened()).enumerate() {
+                assert!(close(*a, *b), "{name}, {what}, {i}: {a} for {b}, largest {scale}");
+            }
+        }
+    }
+}

@@ -25,6 +25,11 @@ mod transition;
 pub(crate) mod transport;
 mod unknowns;
 
+#[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
+
 pub(crate) use edge::{Edge, EdgeLaw, FreeStream};
 pub(crate) use equations::{EQUATIONS, Layer};
 pub(crate) use layout::Layout;

@@ -182,3 +182,6 @@ fn transition(solved: &Solved, side: Side) -> Transition {
         by_abscissas: spline.values_transposed(t, 1.0),
     }
 }
+
+#[cfg(test)]
+mod tests;

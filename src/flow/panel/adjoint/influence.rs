@@ -230,3 +230,6 @@ pub(super) fn add_wake_stream(
     scatter_ends(&sums, points, by_points);
     nodes.add_weighted(&by_node, collected);
 }
+
+#[cfg(test)]
+mod tests;

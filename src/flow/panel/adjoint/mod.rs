@@ -13,6 +13,11 @@ mod surface;
 mod velocity;
 mod wake;
 
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+
 use super::coupling::reduced::Reduced;
 use super::outputs::direct;
 use super::solved::Solved;

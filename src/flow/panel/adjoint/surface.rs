@@ -207,3 +207,6 @@ fn add_projection(reverse: &Reverse, t: &[f64], mass: &[f64], result: &mut AtPoi
         });
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -149,3 +149,6 @@ fn add_dead_air(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
         scatter_edge(gradient(gap), weights, &mut collected.nodes);
     }
 }
+
+#[cfg(test)]
+mod tests;

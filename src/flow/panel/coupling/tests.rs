@@ -1,11 +1,15 @@
-//! The linearised system against differences, and elimination against the full system.
+//! The linearised system against differences, elimination against the full system, and transposes against what they
+//! transpose.
 
+use super::projection;
 use super::reduced::Reduced;
-use super::response::{FlowResponse, SectionResponse};
+use super::response::{FlowResponse, SectionResponse, smooth, smooth_columns};
+use super::surface::{IndexSpline, combine_real};
 use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
-use crate::flow::layer::{Layout, Unknowns};
+use crate::flow::layer::{Change, Layout, State, Unknowns};
 use crate::flow::panel::outline::Outline;
+use crate::flow::panel::testing::{assert_same, cambered_flows, wave};
 use crate::flow::search::Residuals;
 use crate::flow::testcases::naca_symmetric;
 
@@ -55,4 +59,94 @@ fn the_march_satisfies_the_boundary_layer_equations() {
     let system = System::new(&section, &flow, &layout, stream);
     let worst = system.residuals(&system.march()).blocks.as_flattened().iter().fold(0.0, |w: f64, r| w.max(r.abs()));
     assert!(worst < 1e-6, "{worst}");
+}
+
+/// Numbers without any order.
+fn list(k: usize, count: usize) -> Vec<f64> {
+    (0..count).map(|i| wave(k, i)).collect()
+}
+
+/// Asserts that two scalar products are equal to round-off.
+#[track_caller]
+fn assert_equal_products(what: &str, [a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) {
+    let terms = |a: &[f64], b: &[f64]| -> Vec<f64> {
+        assert_eq!(a.len(), b.len());
+        a.iter().zip(b).map(|(a, b)| a * b).collect()
+    };
+    let (left, right) = (terms(a, b), terms(c, d));
+    let scale = left.iter().map(|term| term.abs()).sum();
+    assert_same(what, left.iter().sum(), right.iter().sum(), scale);
+}
+
+#[test]
+fn the_transposed_projection_is_that_of_the_overlaps_of_points_and_nodes() {
+    for record in cambered_flows() {
+        let solved = record.solved();
+        let t: Vec<f64> = solved.at.positions.index.iter().map(|t| t.re).collect();
+        let nodes = solved.nodes.len();
+        let (points, sensitivities) = (list(0, t.len()), list(1, nodes));
+        let mut projected = vec![0.0; nodes];
+        for (p, value) in points.iter().enumerate() {
+            projection::overlaps(&t, p, nodes, |i, weight| projected[i] += weight * value);
+        }
+        let mut transposed = vec![0.0; t.len()];
+        solved.at.speeds.projection.transpose_apply(&sensitivities, &mut transposed);
+        assert_equal_products("projection", [&projected, &sensitivities], [&points, &transposed]);
+    }
+}
+
+#[test]
+fn a_response_with_smoothed_columns_responds_as_to_a_smoothed_defect() {
+    for n in [6, 41] {
+        let (mass, response) = (list(2, n), list(3, n));
+        let mut smoothed = mass.clone();
+        smooth(&mut smoothed);
+        assert!(smoothed != mass && smoothed[..2] == mass[..2] && smoothed[n - 2..] == mass[n - 2..]);
+        let columns = smooth_columns(&nalgebra::DMatrix::from_row_slice(1, n, &response));
+        assert_equal_products("smoothing", [&smoothed, &response], [&mass, columns.as_slice()]);
+    }
+}
+
+#[test]
+fn derivatives_of_a_spline_value_with_respect_to_the_nodes_give_back_the_value() {
+    let (spline, values) = (IndexSpline::new(15), list(4, 15));
+    let coefficients = spline.coefficients(&values);
+    for t in [0.0, 0.7, 6.2, 13.9, 14.0] {
+        let value = combine_real(&spline.weights(t), &coefficients);
+        assert_equal_products("value", [&[3.0], &[value]], [&values, &spline.values_transposed(t, 3.0)]);
+    }
+}
+
+/// A step removes residuals as the multipliers of an output weigh them: both are solutions with one matrix.
+#[test]
+fn an_output_changes_by_a_newton_step_as_its_multipliers_say() {
+    for record in cambered_flows() {
+        let solved = record.solved();
+        let at = solved.at;
+        let reduced = Reduced::new(at).unwrap();
+        let stations = at.numbering.stations();
+        let state = |k: usize| State::from_fn(|i| wave(5, 4 * k + i));
+        let output = Change::new((0..stations).map(state).collect(), [0.7, -0.4, 1.3]);
+        let multipliers = reduced.adjoint(at, [&output]);
+        // equations of every kind by themselves, and all together
+        for kind in 0..5 {
+            let has = |own: usize| f64::from(u8::from(kind == own || kind == 4));
+            let mut residuals = at.residuals.clone();
+            for (k, block) in residuals.blocks.iter_mut().enumerate() {
+                *block = std::array::from_fn(|e| has(0) * wave(6, 3 * k + e));
+            }
+            residuals.speed = list(7, stations).iter().map(|r| has(1) * r).collect();
+            residuals.transition = [0.3, -0.8].map(|r| has(2) * r);
+            residuals.stagnation = has(3) * 0.6;
+            let step = reduced.solve(at, &residuals);
+            let chain = multipliers.chain.as_flattened().iter().chain(&multipliers.speed);
+            let rest = multipliers.transition.iter().chain([&multipliers.stagnation]);
+            let weights: Vec<f64> = chain.chain(rest).map(|m| -m[0]).collect();
+            let all: Vec<f64> = residuals.all().collect();
+            let numbers = |of: &Change| -> Vec<f64> {
+                of.stations.iter().flat_map(|state| state.numbers()).chain(of.globals()).collect()
+            };
+            assert_equal_products("step", [&numbers(&output), &numbers(&step)], [&weights, &all]);
+        }
+    }
 }

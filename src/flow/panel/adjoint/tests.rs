@@ -1,0 +1,134 @@
+//! The multipliers in the places where the reverse sweep needs them, and what is left of it besides panels, wake and
+//! surface, against forward sweeps.
+
+use super::reverse::{Collected, Lanes, lanes};
+use super::testing::{Sums, at_solutions};
+use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
+use crate::flow::layer::Derived;
+use crate::flow::panel::compressibility::PanelEdge;
+use crate::flow::panel::coupling::speeds::{EdgeSpeeds, Positions, node_strengths};
+use crate::flow::panel::coupling::surface::combine_real;
+use crate::flow::panel::coupling::system::{mass_defect, signed};
+use crate::flow::panel::outline::balance;
+use crate::flow::panel::testing::{Direction, Forward, assert_same, moving, wave};
+
+#[test]
+fn the_gas_adds_the_change_of_the_equations_and_of_the_defects() {
+    at_solutions(|solved, reverse, _| {
+        let (layer, outline) = (&solved.system.layer, &reverse.section.panels.outline);
+        let mut collected = Collected::nothing(outline.len());
+        collected.add_gas(solved, reverse);
+        for direction in Direction::several(outline) {
+            let law = PanelEdge::new(
+                moving(solved.stream.mach, direction.mach),
+                moving(solved.stream.reynolds, direction.reynolds),
+            );
+            let derived: Vec<Derived<Forward>> = layer.derive(solved.unknowns, |state| state.map(Forward::from), &law);
+            let gap: Vec<Forward> = layer.gap.iter().map(|gap| Forward::from(*gap)).collect();
+            let abscissas = solved.at.positions.abscissas.each_ref().map(|side| side.iter().map(|x| x.re).collect());
+            let residuals = layer.residuals(&derived, &abscissas, &law, &gap);
+            let first = layer.numbering().wake_start();
+            let mass = derived.iter().enumerate().map(|(k, d)| mass_defect(d, k.checked_sub(first).map(|k| gap[k])));
+            let forward: Vec<Forward> = residuals.as_flattened().iter().copied().chain(mass).collect();
+            let multipliers = reverse.multipliers.chain.as_flattened();
+            let sums = Sums::zero().over(&collected, &direction);
+            sums.assert_are("gas", &forward, |i| match i.checked_sub(multipliers.len()) {
+                None => -multipliers[i],
+                Some(k) => lanes(&reverse.mass, |mass| mass[k]),
+            });
+        }
+    });
+}
+
+#[test]
+fn derivatives_with_respect_to_balanced_nodes_become_those_with_respect_to_the_nodes_given() {
+    at_solutions(|solved, _, _| {
+        let n = solved.nodes.len();
+        let weight = |i: usize, o: usize| [wave(o, 2 * i), wave(o + 1, 2 * i + 1)];
+        let mut collected = Collected::nothing(n);
+        for (o, nodes) in collected.nodes.iter_mut().enumerate() {
+            *nodes = (0..n).map(|i| weight(i, o)).collect();
+        }
+        let gradients = collected.finish(solved.nodes);
+        for direction in Direction::several(&solved.system.section.panels.outline) {
+            let nodes = direction.moved(solved.nodes);
+            let mut balanced = nodes.clone();
+            (1..n - 1).for_each(|i| balanced[i] = balance([nodes[i - 1], nodes[i], nodes[i + 1]]));
+            let found = Coefficients::from_array(gradients.as_ref().to_array().map(|gradient| gradient.nodes.clone()));
+            let sums = Sums::zero().over_points(&found, &direction.nodes);
+            sums.assert_are("balance", balanced.as_flattened(), |i| Lanes::from_fn(|o, _| weight(i / 2, o)[i % 2]));
+        }
+    });
+}
+
+/// Numbers without any order.
+fn list(k: usize, count: usize) -> Vec<f64> {
+    (0..count).map(|i| wave(k, i)).collect()
+}
+
+/// Scalar product, with the sum of the magnitudes of its terms.
+fn product(a: &[f64], b: &[f64]) -> [f64; 2] {
+    assert_eq!(a.len(), b.len());
+    let terms = a.iter().zip(b).map(|(a, b)| a * b);
+    terms.fold([0.0; 2], |[sum, scale], term| [sum + term, scale + term.abs()])
+}
+
+/// Adds scalar products.
+fn total(products: &[[f64; 2]]) -> [f64; 2] {
+    products.iter().fold([0.0; 2], |[sum, scale], product| [sum + product[0], scale + product[1]])
+}
+
+#[test]
+fn strengths_act_on_the_outputs_and_on_the_speeds_of_the_edge_equations() {
+    at_solutions(|_, reverse, direct| {
+        let (section, flow) = (reverse.section, reverse.flow);
+        let change = list(1, section.len());
+        let coefficients = section.map.spline.coefficients(&change);
+        let along = reverse.at.positions.index.iter();
+        let points: Vec<f64> = along.map(|t| combine_real(&section.map.spline.weights(t.re), &coefficients)).collect();
+        let wake = &flow.wake_by_strength * nalgebra::DVector::from_column_slice(&change);
+        for o in 0..COEFFICIENTS {
+            let [own, found, at_points, at_wake] = [
+                &direct.as_ref().to_array()[o].strengths,
+                reverse.strengths.as_ref().to_array()[o],
+                reverse.point_weights.as_ref().to_array()[o],
+                reverse.wake_weights.as_ref().to_array()[o],
+            ];
+            let [expected, scale] =
+                total(&[product(own, &change), product(at_points, &points), product(at_wake, wake.as_slice())]);
+            assert_same("strengths", product(found, &change)[0], expected, scale);
+        }
+    });
+}
+
+/// Changes of the strengths at the nodes and of the speeds along surface and wake with the defects of all stations, which
+/// change by `change`. All are straight functions of the defects.
+#[test]
+fn defects_act_on_the_outputs_through_the_strengths_and_on_the_speeds_of_the_edge_equations() {
+    at_solutions(|solved, reverse, direct| {
+        let (section, flow, at) = (reverse.section, reverse.flow, reverse.at);
+        let positions = Positions::<f64>::new(solved.system.layer.layout, section, solved.unknowns);
+        let change = list(2, at.numbering.stations());
+        let [none, changed] = [0.0, 1.0].map(|factor| {
+            let mass: Vec<f64> = change.iter().map(|change| factor * change).collect();
+            let (points, wake) = signed(&mass, &at.numbering);
+            let speeds = EdgeSpeeds::new(section, flow, &positions, &points, &wake);
+            let strengths = node_strengths(section, flow, &speeds.node_mass, &wake);
+            [speeds.points, speeds.wake, strengths]
+        });
+        let [points, wake, strengths] = std::array::from_fn(|q| -> Vec<f64> {
+            changed[q].iter().zip(&none[q]).map(|(changed, none)| changed - none).collect()
+        });
+        for o in 0..COEFFICIENTS {
+            let [own, found, at_points, at_wake] = [
+                &direct.as_ref().to_array()[o].strengths,
+                reverse.mass.as_ref().to_array()[o],
+                reverse.point_weights.as_ref().to_array()[o],
+                reverse.wake_weights.as_ref().to_array()[o],
+            ];
+            let [expected, scale] =
+                total(&[product(own, &strengths), product(at_points, &points), product(at_wake, &wake)]);
+            assert_same("defects", product(found, &change)[0], expected, scale);
+        }
+    });
+}
