@@ -31,9 +31,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Newcomers read the [`guide`]: the [architecture](guide::architecture) with the picture of who may import whom, the
+//! [equations of the flow solver](guide::flow), [which files to touch](guide::recipes) to change or add a thing, and
+//! [what moved](guide::changes). Programs to start from stand in `validation/examples/`.
+//!
 //! Modules stand in the order in which data flows; a module uses those above it, never those below. A whole problem
 //! comes from a case file: see [`case::Case`]. The command `aeroform` is the module `cli` (feature `command`, on by
 //! default); figures have a feature of their own, `figures`.
+
+pub mod guide;
 
 pub mod differentiate;
 pub mod scalar;
