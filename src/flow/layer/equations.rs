@@ -6,7 +6,7 @@
 //! [`project`](super::project)) and the derivatives by gas and dead air differ in what they seed, and in nothing else.
 
 use super::edge::EdgeLaw;
-use super::interval::{Merged, Span, growth, growth_by_states, lag, momentum_and_energy, similarity};
+use super::interval::{Merged, Span, growth, growth_by_states, lag, momentum_and_energy, similarity, upwind_weight};
 use super::layout::Layout;
 use super::station::{Derived, Regime, State, transition_state};
 use super::transition;
@@ -75,19 +75,25 @@ pub(crate) struct Interval<'a, S> {
 impl<S: Scalar> Interval<'_, S> {
     /// Momentum and kinetic-energy residuals with the station `own` at the end.
     pub fn momentum_and_energy(&self, own: &Derived<S>) -> [S; 2] {
-        momentum_and_energy(self.from, own, &self.span, self.regime)
+        self.upwinded(own).0
+    }
+
+    /// Momentum and kinetic-energy residuals, and the upwinding they share with the lag equation.
+    fn upwinded(&self, own: &Derived<S>) -> ([S; 2], S) {
+        let upwind = upwind_weight(self.from, own, self.regime);
+        (momentum_and_energy(self.from, own, &self.span, self.regime, upwind), upwind)
     }
 
     /// All residuals with the station `own` at the end; `growth` is the mean growth rate between two states.
     pub fn residual(&self, own: &Derived<S>, growth: impl Fn(&State<S>, &State<S>) -> S) -> [S; EQUATIONS] {
-        let [momentum, energy] = self.momentum_and_energy(own);
+        let ([momentum, energy], upwind) = self.upwinded(own);
         let third = match self.regime {
             Regime::Laminar => {
                 let (from, to) = (&self.from.state, &own.state);
                 let [start, end] = self.span.x;
                 to.amplification() - from.amplification() - growth(from, to) * (end - start)
             }
-            Regime::Turbulent | Regime::Wake => lag(self.from, own, &self.span, self.regime),
+            Regime::Turbulent | Regime::Wake => lag(self.from, own, &self.span, self.regime, upwind),
         };
         [momentum, energy, third]
     }

@@ -6,7 +6,7 @@
 
 use super::reverse::{Collected, Lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
-use crate::flow::duals::{Dual3, Dual4, gradient};
+use crate::flow::duals::{Dual3, Dual4};
 use crate::flow::linear::dot;
 use crate::flow::panel::kernel::Place;
 use crate::flow::panel::polar::Straight;
@@ -325,16 +325,16 @@ impl PanelSums {
         let (dx, dy) = (unit(1, 0) - unit(0, 0), unit(1, 1) - unit(0, 1));
         let length = (dx * dx + dy * dy).sqrt();
         let [tx, ty] = [dx / length, dy / length];
-        for (output, targets) in targets.iter_mut().enumerate() {
-            let value = tx * self.turn[0][output] + ty * self.turn[1][output] + length * self.stretch[output];
-            let mut g = gradient(&value);
-            // a shift of the start is one of all points the other way
-            let [along, across] = [self.shift[0][output], self.shift[1][output]];
-            g[0] -= along * tx.re - across * ty.re;
-            g[1] -= along * ty.re + across * tx.re;
+        let mut by: [Lanes; 4] =
+            std::array::from_fn(|k| self.turn[0] * tx.eps[k] + self.turn[1] * ty.eps[k] + self.stretch * length.eps[k]);
+        // a shift of the start is one of all points the other way
+        let [along, across] = &self.shift;
+        by[0] -= along * tx.re - across * ty.re;
+        by[1] -= along * ty.re + across * tx.re;
+        for (o, targets) in targets.iter_mut().enumerate() {
             for c in 0..2 {
-                targets[at[0]][c] += g[c];
-                targets[at[1]][c] += g[2 + c];
+                targets[at[0]][c] += by[c][o];
+                targets[at[1]][c] += by[2 + c][o];
             }
         }
     }

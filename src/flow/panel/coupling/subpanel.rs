@@ -3,6 +3,10 @@
 //! A wall with outflow σ has the speed (1/π) ∫ σ(s')/(s − s') ds'. Taken at the resolution of the stations, less the
 //! same at the resolution of the nodes, it restores the stiffness of waves that are too short for the panels; for a
 //! smooth defect both agree. The kernel is cut off smoothly after [`REACH`] panels, where they agree anyhow.
+//!
+//! [`Wall`] holds the formula, over any number. [`LocalSpeeds`] evaluates it with derivatives by narrow dual numbers whose
+//! chain rule is written out, so that the intervals in reach go through vectors: with [`Wall`] in its place a cold point
+//! takes 2.9 % more instructions and a warm one 3.7 %. A unit test holds both to each other.
 
 use crate::differentiate::Tangent;
 use crate::flow::elementary::log_distances;
