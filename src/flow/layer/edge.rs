@@ -41,7 +41,9 @@ pub(crate) trait EdgeLaw: Copy {
 /// Free stream of a perfect gas. As an [`EdgeLaw`] it suits an outer flow whose unknown is the compressible speed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FreeStream<S> {
+    /// Square of the Mach number of the onset flow.
     mach2: S,
+    /// Reynolds number on a chord of one.
     reynolds: S,
 }
 

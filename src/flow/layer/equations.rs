@@ -32,6 +32,7 @@ pub(crate) type ByTransition = Tangent<{ GLOBALS + 2 }>;
 /// The constants of the equations of the layer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Layer<'a, L> {
+    /// Fractions at which the stations stand.
     pub layout: &'a Layout,
     /// The law by which the outer flow's unknown becomes the state at the edge.
     pub law: L,

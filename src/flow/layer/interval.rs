@@ -192,6 +192,7 @@ pub(crate) struct Merged<S> {
 }
 
 impl<S: Scalar> Merged<S> {
+    /// Merges the last stations of the upper and the lower side.
     pub fn new(upper: &Derived<S>, lower: &Derived<S>) -> Self {
         let theta = upper.theta + lower.theta;
         Self {

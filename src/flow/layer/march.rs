@@ -157,7 +157,9 @@ struct MarchedSide<'a, 'b, L> {
     layer: &'a Layer<'a, L>,
     outer: &'a OuterSpeeds<'b>,
     side: Side,
+    /// Length of the side, in chords.
     length: f64,
+    /// Distances of the stations from the stagnation point, in chords.
     x: Vec<f64>,
 }
 
@@ -212,6 +214,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
 }
 
 impl<L: EdgeLaw<Number = f64>> MarchedSide<'_, '_, L> {
+    /// States of all stations of the side.
     fn states(&self) -> Vec<State> {
         let mut states = self.laminar(f64::INFINITY);
         self.turbulent(&mut states);

@@ -128,6 +128,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
 /// A scalar product of changes, every unknown in units of the usual change of one step.
 pub(crate) struct Metric {
     numbering: Numbering,
+    /// Usual changes of the transition points of the upper and lower side, in chords.
     transition: [f64; 2],
 }
 

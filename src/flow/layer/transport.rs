@@ -13,9 +13,13 @@ use super::unknowns::{Numbering, Side, Unknowns};
 #[derive(Debug, Clone)]
 pub(crate) struct Profiles {
     numbering: Numbering,
+    /// Arc lengths from the stagnation point to transition on the upper and lower side, in chords.
     transition: [f64; 2],
+    /// Logarithms of the distances of the stations from the stagnation point, per side.
     log_x: [Vec<f64>; 2],
+    /// States of the stations of both sides.
     values: Vec<State>,
+    /// Derivatives of the states with respect to the logarithm of the distance.
     slopes: Vec<State>,
 }
 

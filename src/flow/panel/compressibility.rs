@@ -6,7 +6,9 @@ use crate::scalar::Scalar;
 /// Kármán-Tsien compressibility corrections at one free-stream Mach number (Drela, XFOIL, 1989, section 2).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct KarmanTsien<S> {
+    /// Prandtl-Glauert factor β = √(1 − M²), with the Mach number M of the onset flow.
     beta: S,
+    /// Constant λ = M²/(1 + β)² of the correction of the speed.
     lambda: S,
 }
 

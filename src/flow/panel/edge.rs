@@ -86,6 +86,7 @@ impl Cut<f64> {
 /// The equation of the edge of one section: the mean velocity through the cut, as a linear function of the strengths.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeEquation {
+    /// Points of the cut and the direction through it.
     pub cut: Cut<f64>,
     /// Mean velocity per vortex strength at each node.
     pub by_strength: Vec<f64>,

@@ -15,7 +15,9 @@ use nalgebra::DMatrix;
 /// share row 0, the mean of their equations; row N − 1 is the [equation of the edge](super::edge).
 #[derive(Debug, Clone)]
 pub(crate) struct PanelSystem {
+    /// Nodes through which the panels are laid.
     pub outline: Outline,
+    /// Factors of the matrix of the panel equations, of order N + 1.
     pub factors: Factors,
     /// Solutions at an angle of attack of zero (first column) and of 90 degrees (second column): the strengths at the
     /// nodes and, in the last row, the stream function inside.
@@ -29,6 +31,10 @@ pub(crate) struct PanelSystem {
 }
 
 impl PanelSystem {
+    /// Sets up and factorises the panel equations.
+    ///
+    /// # Errors
+    /// [`FlowError::SingularPanels`] where they have no unique solution.
     pub fn new(outline: Outline) -> Result<Self, FlowError> {
         let n = outline.len();
         let mut matrix = DMatrix::zeros(n + 1, n + 1);

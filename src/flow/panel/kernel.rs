@@ -21,8 +21,11 @@ pub(crate) enum Place {
 /// A point in the frame of a panel, with the transcendental functions that the kernels share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight<S> {
+    /// Coordinate along the panel, from the start.
     pub x: S,
+    /// Coordinate across the panel, positive to the left.
     pub z: S,
+    /// Length of the panel.
     pub length: S,
     /// Logarithm of the distance to the start; 0 at the start itself, where it is always multiplied by zero.
     pub ln1: S,
@@ -108,7 +111,9 @@ impl<S: Scalar> Sight<S> {
 /// panel is that of the source panel turned by a right angle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalVelocity<S> {
+    /// Component along the panel, per strength at the start and at the end.
     along: [S; 2],
+    /// Component across the panel, per strength at the start and at the end.
     across: [S; 2],
 }
 

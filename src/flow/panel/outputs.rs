@@ -19,8 +19,11 @@ use std::f64::consts::FRAC_PI_2;
 /// The coefficients that follow from the speed along the surface alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SurfaceValues {
+    /// Lift coefficient.
     pub cl: f64,
+    /// Moment coefficient about the quarter chord, nose-up positive.
     pub cm: f64,
+    /// Lowest pressure coefficient on the surface.
     pub cp_min: f64,
 }
 
@@ -172,6 +175,7 @@ struct Transition {
     by_abscissas: Vec<f64>,
 }
 
+/// The last laminar point of a side of a solution.
 fn transition(solved: &Solved, side: Side) -> Transition {
     let numbering = solved.at.numbering;
     let point = numbering.point(side, numbering.laminar - 1);

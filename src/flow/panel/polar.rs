@@ -13,8 +13,11 @@ use std::ops::Range;
 /// Logarithms of the distances, and directions in radians, from vertices (columns) to points (rows).
 #[derive(Debug, Clone)]
 pub(crate) struct Polar {
+    /// Number of points, the length of a column.
     points: usize,
+    /// Logarithms of the distances, vertex after vertex.
     log: Vec<f64>,
+    /// Directions in radians from −π to π, vertex after vertex.
     angle: Vec<f64>,
 }
 
@@ -181,9 +184,13 @@ pub(crate) struct Seen {
 /// A straight panel: start, unit vector along it, length, and direction in radians.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Straight {
+    /// Start of the panel.
     pub start: [f64; 2],
+    /// Unit vector along the panel.
     pub tangent: [f64; 2],
+    /// Length of the panel.
     pub length: f64,
+    /// Direction of the panel in radians.
     angle: f64,
 }
 

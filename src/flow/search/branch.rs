@@ -93,6 +93,7 @@ impl Parameter {
 #[derive(Clone)]
 struct OnBranch {
     unknowns: Unknowns,
+    /// Value of the parameter.
     value: f64,
 }
 
@@ -100,6 +101,7 @@ struct OnBranch {
 #[derive(Clone)]
 struct Direction {
     change: Change,
+    /// Change of the parameter.
     value: f64,
 }
 
@@ -144,7 +146,9 @@ pub(super) fn follow<F: Family>(
 
 /// Length of the next step, and the number of steps since the last failure.
 struct Stride {
+    /// Length of the next step, in the metric of [`FIRST_STEP`].
     length: f64,
+    /// Number of steps since the last failure.
     successes: usize,
 }
 

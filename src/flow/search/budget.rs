@@ -10,8 +10,11 @@ pub(super) const WORK: f64 = 1150.0;
 /// The account of a search. Work is counted in Newton iterations on the requested stations.
 pub(super) struct Budget {
     pub attempts: Vec<Attempt>,
+    /// Number of requested stations.
     wanted: usize,
+    /// Work done so far.
     work: f64,
+    /// Work at which the search ends.
     limit: f64,
 }
 

@@ -31,8 +31,10 @@ fn sensible(system: &impl Equations, unknowns: &Unknowns) -> bool {
 /// A factorised Jacobian with the norm of the residuals at the unknowns where it was taken.
 pub(super) struct Kept<'a, E: Equations> {
     pub system: &'a E,
+    /// The equations linearised where the Jacobian was taken.
     pub at: &'a E::At,
     pub factors: &'a E::Factors,
+    /// Euclidean norm of the residuals there.
     pub norm: f64,
 }
 

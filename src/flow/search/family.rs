@@ -12,7 +12,9 @@ pub(crate) trait Residuals {
 
 /// The equations of a flow on one layout of stations.
 pub(crate) trait Equations {
+    /// The law by which the outer flow's unknown becomes the state at the edge of the layer.
     type Law: EdgeLaw<Number = f64>;
+    /// Residuals of all equations at some unknowns.
     type Residuals: Residuals;
     /// The equations linearised at some unknowns.
     type At;
@@ -123,11 +125,14 @@ impl Effort {
 /// The end of an attempt, with the equations linearised there.
 #[derive(Debug, Clone)]
 pub(crate) struct End<A> {
+    /// Unknowns at the end of the attempt.
     pub unknowns: Unknowns,
     /// The equations linearised at `unknowns`.
     pub at: A,
     /// Largest magnitude of any residual.
     pub residual: f64,
+    /// Number of Newton iterations.
     pub iterations: usize,
+    /// Whether the residual is below the tolerance.
     pub converged: bool,
 }

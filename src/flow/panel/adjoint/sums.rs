@@ -24,8 +24,11 @@ pub(super) fn variables(panel: &Straight, point: [f64; 2]) -> ([Dual3; 2], Dual3
 
 /// Points that see a panel, with one weight per coefficient and point.
 pub(super) struct Points {
+    /// Coordinate x of every point, in chords.
     pub x: Vec<f64>,
+    /// Coordinate y of every point, in chords.
     pub y: Vec<f64>,
+    /// Weights of every point, one number per coefficient.
     pub weights: Vec<Lanes>,
     /// The weights coefficient by coefficient, filled up with zeros to whole steps of points and whole groups of
     /// coefficients.
@@ -83,6 +86,7 @@ const _: () = assert!(BLOCK.is_multiple_of(STEP), "sums would leave numbers out"
 /// The numbers of one quantity at the points of a block.
 #[derive(Clone)]
 struct Block<const N: usize> {
+    /// The numbers, kind after kind, one per point.
     numbers: [[f64; BLOCK]; N],
     /// Coefficients of the two components of the unit vector along the panel, one per point.
     turn: [[f64; BLOCK]; 2],

@@ -16,7 +16,9 @@ use num_dual::DualNum;
 
 /// Sensitivities to the node index of every point along the surface, and to the arc-length rate there.
 struct AtPoints {
+    /// Sensitivities to the node index, one entry per point.
     index: Vec<Lanes>,
+    /// Sensitivities to the arc length per node index, one entry per point.
     rate: Vec<Lanes>,
 }
 

@@ -50,10 +50,12 @@ fn turn(coupling: &Coupling, log_mass: &State) -> (Square, Triple) {
     (states, defect)
 }
 
+/// The product of a matrix and a vector.
 fn apply(a: &Square, x: &Triple) -> Triple {
     a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
 }
 
+/// The product of a transposed matrix and a vector.
 fn apply_transposed<V: Linear>(a: &Square, x: &[V; 3]) -> [V; 3] {
     std::array::from_fn(|j| x[0] * a[0][j] + x[1] * a[1][j] + x[2] * a[2][j])
 }
@@ -68,6 +70,7 @@ fn dot<V: Linear>(a: &Triple, b: &[V; 3]) -> V {
     b[0] * a[0] + b[1] * a[1] + b[2] * a[2]
 }
 
+/// The product of two matrices.
 fn times(a: &Square, b: &Square) -> Square {
     a.map(|row| apply_transposed(b, &row))
 }

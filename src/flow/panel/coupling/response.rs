@@ -20,7 +20,9 @@ use std::sync::Arc;
 /// One section: panels, surface coordinate and response to the mass defect along the section.
 #[derive(Debug, Clone)]
 pub(crate) struct SectionResponse {
+    /// Factorised panel equations.
     pub panels: PanelSystem,
+    /// Map between node index and arc length.
     pub map: SurfaceMap,
     /// Strengths at the nodes per unsmoothed mass defect at the nodes, N × N.
     pub nodes: DMatrix<f64>,

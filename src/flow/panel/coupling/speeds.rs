@@ -326,7 +326,9 @@ pub(crate) fn gather(row: &mut [f64], weights: &Weights<f64>, section: &SectionR
 /// Spline coefficients of the strength and of the wall response.
 #[derive(Debug, Clone)]
 pub(crate) struct Fields<S = ByGlobal> {
+    /// Coefficients of the vortex strength of the panels.
     pub strength: Vec<S>,
+    /// Coefficients of the flat-wall response, to be divided by the arc-length rate.
     pub wall: Vec<S>,
 }
 
@@ -379,6 +381,7 @@ impl Projection {
         &self.entries[start..self.ends[p]]
     }
 
+    /// Turns sensitivities to the mass defects at the nodes into sensitivities to those at the points.
     pub fn transpose_apply(&self, by_nodes: &[f64], by_points: &mut [f64]) {
         for (p, value) in by_points.iter_mut().enumerate().take(self.points()) {
             *value = self.column(p).iter().map(|(i, weight)| weight * by_nodes[*i]).sum();
@@ -386,6 +389,7 @@ impl Projection {
     }
 }
 
+/// Speeds at the nodes of the wake, for the mass defects at the nodes of the section and of the wake.
 fn wake_speeds<S: Global>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Vec<S> {
     (0..wake_mass.len())
         .map(|k| {

@@ -55,6 +55,7 @@ fn middle<S: Scalar>(a: S, b: S) -> S {
 
 /// The intervals between the points that act on each other, over the node index.
 pub(crate) struct Wall<S = f64> {
+    /// Node indices of the middles of the intervals.
     middles: Vec<S>,
     /// Reciprocals of the distances between neighbouring middles.
     per_distance: Vec<f64>,
@@ -118,9 +119,11 @@ impl<S: Scalar> Wall<S> {
 /// Sub-panel speed at one point, with the parts it consists of. The lists have one number per interval of `range`,
 /// which may contain intervals that do not act.
 pub(crate) struct LocalSpeed<'a> {
+    /// Speed at the point, to be divided by the arc-length rate.
     pub speed: f64,
     /// Derivative with respect to the place of the point itself.
     pub by_place: f64,
+    /// Intervals to which the lists belong.
     pub range: std::ops::Range<usize>,
     /// Speed per slope of the defect in every interval.
     pub influences: &'a [f64],
@@ -148,7 +151,9 @@ pub(crate) struct LocalSpeeds<'a> {
 
 /// The middles of the intervals that matter for the present point, relative to that point.
 struct Middles {
+    /// Node indices of the middles less that of the point.
     place: Vec<f64>,
+    /// Logarithms of the distances between the middles and the point.
     log: Vec<f64>,
     /// Second integral at the middles.
     integral: Vec<f64>,
@@ -159,8 +164,11 @@ struct Middles {
 /// Difference quotients of the second integral below the first of the present middles, between them, and above the
 /// last, with their derivatives with respect to the middles below and above.
 struct Quotients {
+    /// Values of the quotients.
     value: Vec<f64>,
+    /// Derivatives of the quotients with respect to the middle below.
     below: Vec<f64>,
+    /// Derivatives of the quotients with respect to the middle above.
     above: Vec<f64>,
 }
 

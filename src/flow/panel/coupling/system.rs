@@ -22,16 +22,22 @@ use num_dual::DualNum;
 /// Everything that is constant while the coupled system is solved.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct System<'a> {
+    /// Panel equations of the section.
     pub section: &'a SectionResponse,
+    /// Onset flow and wake.
     pub flow: &'a FlowResponse,
+    /// Constants of the boundary-layer equations.
     pub layer: Layer<'a, PanelEdge<f64>>,
 }
 
 /// The free stream, and where transition is forced.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stream {
+    /// Mach number of the onset flow.
     pub mach: f64,
+    /// Reynolds number on a chord of one.
     pub reynolds: f64,
+    /// Critical amplification factor.
     pub n_critical: f64,
     /// Arc length of the trip of each side from the first node in chords, where there is a trip.
     pub trips: [Option<f64>; 2],
@@ -41,10 +47,15 @@ pub(crate) struct Stream {
 #[derive(Debug, Clone)]
 pub(crate) struct Linearised {
     pub numbering: Numbering,
+    /// Closure at every station, with derivatives with respect to the unknowns of the station.
     pub derived: Recycled<Derived<ByStation>>,
+    /// Abscissas of the stations, with derivatives in the global directions.
     pub positions: Positions,
+    /// Speeds at the stations, with derivatives in the global directions.
     pub speeds: EdgeSpeeds,
+    /// Derivatives of the speeds with respect to the mass defects.
     pub by_mass: SpeedsByMass,
+    /// Linearised boundary-layer equations of every station.
     pub blocks: Recycled<Block>,
     /// Mass defect of every station, without sign.
     pub mass: Vec<f64>,
@@ -52,6 +63,7 @@ pub(crate) struct Linearised {
     pub log_mass: Vec<State>,
     /// Transition residuals of both sides.
     pub transition: [ByTransition; 2],
+    /// Residuals of all equations.
     pub residuals: Residuals,
 }
 
