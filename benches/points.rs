@@ -14,7 +14,7 @@ pub fn bicubic() -> FfdBox<f64> {
     FfdBox::rectangular([[-0.1, 1.1], [-0.15, 0.15]], [5, 5], [3, 3], Placement::Even).expect("a box")
 }
 
-/// The same, deformed.
+/// The [bicubic] box, deformed.
 pub fn deformed() -> FfdBox<f64> {
     let flat = bicubic();
     let moved = flat.control_points().iter().enumerate();

@@ -5,7 +5,7 @@
 //! the few functions that `num-dual` lacks (error function, smooth minimum, …) or evaluates to NaN at points an
 //! airfoil code visits (real powers at zero, `atan2` on the vertical axis, `tanh` of large numbers).
 //!
-//! Depends on `num-dual` and `libm` only.
+//! This module depends on `num-dual` and `libm` only.
 
 use num_dual::DualNum;
 use std::ops::{Add, Div, Mul, Sub};

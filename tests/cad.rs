@@ -4,7 +4,7 @@ use aeroform::cad;
 use aeroform::spline::{BSplineCurve, EndCondition, KnotVector, ellipse, interpolate};
 use std::collections::{BTreeMap, HashSet};
 
-/// What a reader found.
+/// The contents of a CAD file as a reader finds them.
 #[derive(Debug, PartialEq)]
 struct Found {
     degree: usize,

@@ -80,8 +80,8 @@ fn off(found: &[f64], expected: &[f64]) -> f64 {
     found.iter().zip(expected).fold(0.0, worse) / largest
 }
 
-/// What numbers of different kinds may differ by, over the largest of them: round-off, which derivatives of higher order
-/// amplify.
+/// Largest differences between numbers of different kinds, over the largest of them: round-off, which derivatives of
+/// higher order amplify.
 const ROUND_OFF: [f64; 4] = [1e-12, 1e-11, 1e-9, 1e-12];
 
 fn check<R: Routine>(name: &str) {

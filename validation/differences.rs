@@ -19,7 +19,7 @@ const INSTRUMENTS: [(&str, bool); 4] =
 /// Steps in units of each variable's own, tried where the usual ones (1e-2 to 1e-5) disagree.
 const REPEATED_STEPS: [StepRange; 2] = [StepRange { first: 1e-2, levels: 5 }, StepRange { first: 1e-4, levels: 4 }];
 
-/// What was seen of one quantity.
+/// The worst differences seen of one quantity.
 #[derive(Default)]
 struct Tally {
     checked: usize,

@@ -11,7 +11,7 @@ use aeroform::section::SectionDefinition;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
-/// What the paper says of a case: iterations, final CD, final CL.
+/// The paper's figures for a case: iterations, final drag coefficient, final lift coefficient.
 struct Published {
     case: &'static str,
     iterations: usize,

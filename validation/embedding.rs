@@ -50,7 +50,7 @@ fn point(random: &mut Random, lattice: &FfdBox<f64>, on_face: bool) -> [f64; 2] 
     lattice.evaluate(u)
 }
 
-/// What became of the points of one kind of box.
+/// The results of embedding the points of one kind of box.
 #[derive(Default)]
 struct Tally {
     points: usize,

@@ -22,7 +22,7 @@ use std::time::Instant;
 #[derive(Debug, Parser)]
 #[command(name = "validate", version, about)]
 struct Arguments {
-    /// What to validate [default: everything]
+    /// Topics to validate [default: everything]
     topics: Vec<Topic>,
     /// Fewer random samples, for continuous integration
     #[arg(long)]
@@ -31,7 +31,7 @@ struct Arguments {
     flow: FlowArguments,
 }
 
-/// What can be validated.
+/// A topic of the validation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Topic {
     /// Closed forms: areas, circles and ellipses, basis functions, penalty and norms
@@ -50,7 +50,7 @@ enum Topic {
     Drag,
 }
 
-/// What went wrong in a topic that could not be carried through.
+/// Error of a topic that could not be carried through.
 type Failure = Box<dyn std::error::Error>;
 
 impl Topic {

@@ -20,7 +20,7 @@
 //! assert!(iges.lines().all(|line| line.len() == 80) && dxf.contains("AcDbSpline"));
 //! ```
 //!
-//! Depends on [`spline`](crate::spline) only.
+//! This module depends on [`spline`](crate::spline) only.
 
 mod dxf;
 mod iges;

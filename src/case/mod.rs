@@ -3,7 +3,7 @@
 //! [`Case::open`] reads a file or one of the [built-in cases](builtin_cases), [`Case::run`] minimises as the file says,
 //! [`Case::evaluate`] gives the values at one design. Every key is described in `validation/cases/README.md`.
 //!
-//! Depends on [`optimize`](crate::optimize), [`design`](crate::design) and what they depend on.
+//! This module depends on [`optimize`](crate::optimize), [`design`](crate::design) and the modules these depend on.
 
 mod build;
 mod builtin;

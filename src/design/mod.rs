@@ -5,8 +5,8 @@
 //! from local duals carried back through the linear maps, so that a whole gradient costs a small multiple of a value;
 //! [`check_gradients`] holds the two against each other and against finite differences.
 //!
-//! Depends on [`flow`](crate::flow), [`section`](crate::section), [`ffd`](crate::ffd), [`spline`](crate::spline),
-//! [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
+//! This module depends on [`flow`](crate::flow), [`section`](crate::section), [`ffd`](crate::ffd),
+//! [`spline`](crate::spline), [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
 
 mod design_problem;
 mod error;

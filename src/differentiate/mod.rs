@@ -22,7 +22,7 @@
 //! assert_eq!((value, gradient), (101.0, vec![-2.0, 200.0]));
 //! ```
 //!
-//! Depends on [`scalar`](crate::scalar) and `nalgebra`.
+//! This module depends on [`scalar`](crate::scalar) and `nalgebra`.
 
 mod forward;
 mod implicit;

@@ -4,8 +4,8 @@
 //! * [`Embedding`]: parameters of embedded points, found once; after that deformation is a constant sparse linear map;
 //! * [`FoldPenalty`]: the paper's penalty on folded boxes.
 //!
-//! Depends on [`spline`](crate::spline), [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar). The
-//! plane is the default; space is the same code with one more direction.
+//! This module depends on [`spline`](crate::spline), [`differentiate`](crate::differentiate) and
+//! [`scalar`](crate::scalar). The plane is the default; space is the same code with one more direction.
 
 mod embedding;
 mod error;

@@ -1,4 +1,4 @@
-//! What every flow solver answers: the coefficients of a section and their derivatives.
+//! The coefficients of a section that every flow solver computes, and their derivatives.
 //!
 //! [`Coefficients`] is the one place that knows which coefficients there are, and their order.
 
@@ -9,7 +9,8 @@ pub(crate) const COEFFICIENTS: usize = 6;
 
 /// One value per coefficient: the coefficients of a flow (`f64`), their [derivatives](Gradients), names, tolerances, …
 ///
-/// Coefficients are on the chord and the dynamic pressure of the onset flow.
+/// Forces are divided by the chord and the dynamic pressure of the onset flow, the moment by the square of the chord
+/// and that pressure.
 ///
 /// ```
 /// use aeroform::flow::Coefficients;
@@ -20,15 +21,15 @@ pub(crate) const COEFFICIENTS: usize = 6;
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Coefficients<T = f64> {
-    /// Lift coefficient.
+    /// Lift coefficient: force across the onset flow.
     pub cl: T,
-    /// Drag coefficient.
+    /// Drag coefficient: force along the onset flow.
     pub cd: T,
     /// Moment coefficient about the quarter chord, nose-up positive.
     pub cm: T,
     /// Lowest pressure coefficient on the surface.
     pub cp_min: T,
-    /// Transition on the upper and on the lower side, x in chords.
+    /// Transition on the upper and on the lower side, as x in chords.
     pub transition: [T; 2],
 }
 
@@ -37,7 +38,7 @@ impl<T> Coefficients<T> {
     pub const NAMES: [&'static str; COEFFICIENTS] =
         ["cl", "cd", "cm", "cp_min", "transition_upper", "transition_lower"];
 
-    /// From values in the order of [`NAMES`](Self::NAMES).
+    /// Builds a set from its values in the order of [`NAMES`](Self::NAMES).
     pub fn from_array([cl, cd, cm, cp_min, upper, lower]: [T; COEFFICIENTS]) -> Self {
         Self { cl, cd, cm, cp_min, transition: [upper, lower] }
     }
@@ -60,12 +61,12 @@ impl<T> Coefficients<T> {
         Coefficients { cl, cd, cm, cp_min, transition: transition.each_mut() }
     }
 
-    /// `f` of every value.
+    /// Applies `f` to every value.
     pub fn map<U>(self, f: impl FnMut(T) -> U) -> Coefficients<U> {
         Coefficients::from_array(self.to_array().map(f))
     }
 
-    /// Pairs of the values of two sets.
+    /// Pairs every value with the corresponding value of another set.
     pub fn zip<U>(self, other: Coefficients<U>) -> Coefficients<(T, U)> {
         let ([u, l], [other_u, other_l]) = (self.transition, other.transition);
         Coefficients {
@@ -77,23 +78,23 @@ impl<T> Coefficients<T> {
         }
     }
 
-    /// The values in order.
+    /// References to the values in the order of [`NAMES`](Self::NAMES).
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         self.as_ref().to_array().into_iter()
     }
 
-    /// The values in order, to be changed.
+    /// Mutable references to the values in the order of [`NAMES`](Self::NAMES).
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.as_mut().to_array().into_iter()
     }
 
-    /// The values in order with their names.
+    /// References to the values with their names, in the order of [`NAMES`](Self::NAMES).
     pub fn named(&self) -> impl Iterator<Item = (&'static str, &T)> {
         Self::NAMES.into_iter().zip(self.iter())
     }
 }
 
-/// A map from [names](Coefficients::NAMES) to values.
+/// Coefficients serialise as a map from [names](Coefficients::NAMES) to values.
 impl<T: Serialize> Serialize for Coefficients<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.named())
@@ -103,21 +104,22 @@ impl<T: Serialize> Serialize for Coefficients<T> {
 /// Derivatives of one quantity of a flow with respect to all inputs of the flow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Derivatives {
-    /// With respect to the coordinates of every node, in the order given, per chord.
+    /// Derivatives with respect to x and y of every node, per chord: one pair per node, in the order in which the nodes
+    /// were given.
     pub nodes: Vec<[f64; 2]>,
-    /// With respect to the angle of attack, per radian.
+    /// Derivative with respect to the angle of attack, per radian.
     pub alpha: f64,
-    /// With respect to the Mach number.
+    /// Derivative with respect to the Mach number.
     pub mach: f64,
-    /// With respect to the Reynolds number.
+    /// Derivative with respect to the Reynolds number.
     pub reynolds: f64,
 }
 
-/// Derivatives of all coefficients, the angle of attack held unless said otherwise.
+/// Derivatives of all coefficients. The angle of attack is held unless the function that returns them says otherwise.
 pub type Gradients = Coefficients<Derivatives>;
 
 impl Derivatives {
-    /// `factor` times these derivatives.
+    /// These derivatives multiplied by `factor`.
     fn scaled(&self, factor: f64) -> Self {
         Self {
             nodes: self.nodes.iter().map(|node| node.map(|d| factor * d)).collect(),
@@ -127,7 +129,7 @@ impl Derivatives {
         }
     }
 
-    /// Adds `factor` times other derivatives.
+    /// The sum of these derivatives and `factor` times others.
     fn add(mut self, factor: f64, other: &Self) -> Self {
         for (own, other) in self.nodes.iter_mut().zip(&other.nodes) {
             *own = [own[0] + factor * other[0], own[1] + factor * other[1]];
@@ -140,14 +142,14 @@ impl Derivatives {
 }
 
 impl Gradients {
-    /// The derivatives of a point at fixed lift coefficient: that of `cl` vanishes, the angle of attack follows.
+    /// Turns derivatives at fixed angle of attack into derivatives at fixed lift coefficient, where the angle follows.
     ///
-    /// Entries `alpha` are zero, the angle being no input any more.
+    /// The derivatives of `cl` vanish. The entries `alpha` are zero, because the angle is no longer an input.
     pub fn at_fixed_lift(&self) -> Self {
         self.as_ref().map(|own| Derivatives { alpha: 0.0, ..own.clone().add(-own.alpha / self.cl.alpha, &self.cl) })
     }
 
-    /// The derivatives of the angle of attack (radians) at fixed lift coefficient. Entry `alpha` is zero.
+    /// Derivatives of the angle of attack (radians) at fixed lift coefficient. The entry `alpha` is zero.
     pub fn alpha_at_fixed_lift(&self) -> Derivatives {
         Derivatives { alpha: 0.0, ..self.cl.scaled(-1.0 / self.cl.alpha) }
     }

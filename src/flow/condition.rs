@@ -1,19 +1,19 @@
-//! The operating point and the settings of the solver.
+//! The operating point of a flow, and the resolution and limits of a flow solver.
 
 use super::FlowError;
 use serde::{Deserialize, Serialize};
 
-/// What is held: the angle of attack or the lift.
+/// The quantity that an operating point prescribes: the angle of attack or the lift coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Incidence {
     /// Angle of attack in radians.
     Alpha(f64),
-    /// Lift coefficient; the angle of attack is found.
+    /// Lift coefficient on a chord of one; the solver finds the angle of attack that gives it.
     Lift(f64),
 }
 
-/// An operating point.
+/// An operating point: incidence, Mach and Reynolds number, and how transition comes about.
 ///
 /// ```
 /// use aeroform::flow::{Condition, Incidence};
@@ -22,25 +22,28 @@ pub enum Incidence {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
-    /// Angle of attack or lift coefficient.
+    /// The angle of attack or the lift coefficient that is prescribed.
     pub incidence: Incidence,
-    /// Mach number of the onset flow; which ones are allowed depends on the solver.
+    /// Mach number of the onset flow, at least 0. Each solver has an upper limit of its own (0.95 for the panel
+    /// solver).
     pub mach: f64,
-    /// Reynolds number of the chord.
+    /// Reynolds number on a chord of one, from 1e3 to 1e10.
     pub reynolds: f64,
-    /// Amplification factor at which the laminar layer breaks down (9: a quiet wind tunnel).
+    /// Amplification factor n at which the laminar layer breaks down, from 0.1 to 30. A value of 9 stands for a quiet
+    /// wind tunnel.
     pub n_critical: f64,
-    /// Trip strips on the upper and lower side, x in chords; transition comes there at the latest.
+    /// Trip strips on the upper and on the lower side: x in chords, above 0 and at most 1. Transition stands at the
+    /// strip at the latest; `None` leaves it free.
     pub trips: [Option<f64>; 2],
 }
 
 impl Condition {
-    /// Incompressible flow with free transition at n = 9.
+    /// Incompressible flow (Mach number 0) with free transition at an amplification factor of 9.
     pub fn new(incidence: Incidence, reynolds: f64) -> Self {
         Self { incidence, mach: 0.0, reynolds, n_critical: 9.0, trips: [None, None] }
     }
 
-    /// What holds for every solver.
+    /// Checks the ranges that hold for every solver.
     ///
     /// # Errors
     /// [`FlowError::Condition`] for the first number out of range.
@@ -64,19 +67,19 @@ impl Condition {
     }
 }
 
-/// Resolution and limits of the solver.
+/// Resolution and limits of a flow solver.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
-    /// Boundary-layer stations on each side from the stagnation point to transition.
+    /// Number of boundary-layer stations on each side from the stagnation point to transition, from 8 to 1000.
     pub laminar_stations: usize,
-    /// Boundary-layer stations on each side from transition to the trailing edge.
+    /// Number of boundary-layer stations on each side from transition to the trailing edge, from 8 to 1000.
     pub turbulent_stations: usize,
-    /// Largest residual of a converged solution.
+    /// Largest residual of a converged solution, without dimension, from 1e-13 to 1e-3.
     pub tolerance: f64,
-    /// Most Newton iterations of one attempt.
+    /// Largest number of Newton iterations of one attempt.
     pub iterations: usize,
-    /// Whether to come from easier conditions where the direct attempt fails.
+    /// Whether the solver starts from easier conditions where the direct attempt fails.
     pub retry: bool,
 }
 

@@ -1,13 +1,13 @@
 //! Logarithms and directions of many numbers at a time, in vectors: several times faster than one by one, and as exact.
 //!
-//! Depends on nothing.
+//! This module depends on nothing else in the crate.
 
 use wide::f64x4;
 
-/// Numbers in a vector.
+/// Number of values in one vector.
 const LANES: usize = 4;
 
-/// Natural logarithms of the distances `values` from zero.
+/// Writes the natural logarithms of the magnitudes of `values` to `logs`; both lists have one entry per value.
 pub(crate) fn log_distances(values: &[f64], logs: &mut [f64]) {
     let log = |x: [f64; LANES]| f64x4::from(x).abs().ln().to_array();
     let ((values, values_left), (logs, logs_left)) = (values.as_chunks(), logs.as_chunks_mut());
@@ -19,7 +19,8 @@ pub(crate) fn log_distances(values: &[f64], logs: &mut [f64]) {
     }
 }
 
-/// Natural logarithms of the lengths and directions (−π to π) of vectors; both are zero for a vector of no length.
+/// Writes the natural logarithms of the lengths of the vectors (dx, dy) to `logs` and their directions (−π to π) to
+/// `angles`. Both are zero for a vector of no length.
 pub(crate) fn polar_coordinates(dx: &[f64], dy: &[f64], logs: &mut [f64], angles: &mut [f64]) {
     let ((x, x_left), (y, y_left)) = (dx.as_chunks(), dy.as_chunks());
     let ((logs, logs_left), (angles, angles_left)) = (logs.as_chunks_mut(), angles.as_chunks_mut());
@@ -45,7 +46,7 @@ fn polar(x: [f64; LANES], y: [f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
     (logs, angles)
 }
 
-/// The numbers that are left at the end of a list, and one to fill up with.
+/// The values left at the end of a list, filled up to a whole vector with `rest`.
 fn filled(values: &[f64], rest: f64) -> [f64; LANES] {
     let mut lanes = [rest; LANES];
     lanes[..values.len()].copy_from_slice(values);

@@ -1,20 +1,21 @@
-//! What can be wrong with a request for a flow solution.
+//! Errors of requests for a flow solution.
 
-/// Why there is no flow solution at all, or no derivatives of one. A solution that is not to be trusted is a [`Status`](super::Status) instead.
+/// Why there is no flow solution at all, or no derivatives of one. A solution that is not to be trusted has a
+/// [`Status`](super::Status) that says so, and is no error.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FlowError {
     /// Too few nodes to resolve a section.
     #[error("{found} nodes on the section; at least {needed} are needed")]
     TooFewNodes {
-        /// Nodes given.
+        /// Number of nodes given.
         found: usize,
-        /// Nodes needed.
+        /// Number of nodes needed.
         needed: usize,
     },
     /// A coordinate is infinite or not a number.
     #[error("node {index} has a coordinate that is not a finite number")]
     NodeNotFinite {
-        /// Index of the node.
+        /// Index of the node in the list, from 0.
         index: usize,
     },
     /// Two neighbouring nodes are the same point.
@@ -49,10 +50,10 @@ pub enum FlowError {
     /// The panel equations have no unique solution for this outline.
     #[error("the panel equations are singular; does the outline cross itself?")]
     SingularPanels,
-    /// Coefficients are wanted over a scalar that carries more than first derivatives.
+    /// Coefficients are requested over a scalar that carries more than first derivatives.
     #[error("the coefficients of a flow carry first derivatives only; give the nodes in a first-order dual number")]
     FirstOrderOnly,
-    /// Coefficients are wanted for other nodes than those of the solution.
+    /// Coefficients are requested for other nodes than those of the solution.
     #[error("the real parts of the nodes are not the nodes that the flow was solved for")]
     OtherNodes,
     /// A flow that is not converged has no derivatives.
@@ -61,11 +62,11 @@ pub enum FlowError {
     /// A number of the operating point is out of range.
     #[error("{name} is {value}; it must be {allowed}")]
     Condition {
-        /// Which number.
+        /// Name of the number, with its unit where it has one.
         name: &'static str,
-        /// Its value.
+        /// Value that was given.
         value: f64,
-        /// What is allowed.
+        /// Range that is allowed, in words.
         allowed: &'static str,
     },
 }

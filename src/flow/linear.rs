@@ -1,4 +1,5 @@
-//! Dense factorisation and products in `f64`: a thin layer over `faer`, one thread, column-major `nalgebra` storage.
+//! Dense factorisation and products in `f64`: a thin layer over `faer` that runs on one thread and works on the
+//! column-major storage of `nalgebra`.
 
 use super::memory::give_back;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -8,22 +9,24 @@ use faer::{Accum, Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 use std::ops::{Add, Mul, Sub};
 
-/// LU factors of a square matrix, with row pivoting.
+/// LU factors of a square matrix A with row pivoting.
 #[derive(Debug, Clone)]
 pub(crate) struct Factors {
-    /// Both triangles; the lower one has a unit diagonal.
+    /// Both triangular factors in one matrix; the lower one has a unit diagonal that is not stored.
     matrix: DMatrix<f64>,
     permutation: Vec<usize>,
     inverse_permutation: Vec<usize>,
 }
 
 impl Factors {
-    /// Factorises `matrix`; `None` where it is singular or holds a number that is not finite.
+    /// Factorises a copy of `matrix`. The result is `None` where the matrix is singular or holds a number that is not
+    /// finite.
     pub fn new(matrix: &DMatrix<f64>) -> Option<Self> {
         Self::of(matrix.clone())
     }
 
-    /// The same in the place of the matrix.
+    /// Factorises `matrix` in its own memory. The result is `None` where the matrix is singular or holds a number that
+    /// is not finite.
     pub fn of(mut matrix: DMatrix<f64>) -> Option<Self> {
         let n = matrix.nrows();
         let (mut permutation, mut inverse_permutation) = (vec![0; n], vec![0; n]);
@@ -62,8 +65,8 @@ impl Factors {
         solve::solve_transpose_in_place_with_conj(lu, lu, self.rows(), Conj::No, view_mut(b), Par::Seq, stack);
     }
 
-    /// The solution of `Aᵀ x = b`. For a single right-hand side plain scalar products along the columns of the factors
-    /// are quicker than blocks.
+    /// The solution x of `Aᵀ x = b`. For a single right-hand side plain scalar products along the columns of the
+    /// factors are quicker than the blocked algorithm.
     pub fn solve_transposed_vector(&self, mut b: Vec<f64>) -> Vec<f64> {
         let n = b.len();
         let columns = self.matrix.as_slice();
@@ -85,14 +88,14 @@ impl Drop for Factors {
     }
 }
 
-/// A number or several at once: what linear formulas can be applied to.
+/// A number, or a vector of several numbers, to which linear formulas can be applied.
 pub(crate) trait Linear: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
 impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Linear for V {}
 
-/// Sums taken at a time: one alone waits for every addition.
+/// Number of partial sums accumulated side by side; a single sum would wait for every addition.
 const LANES: usize = 8;
 
-/// Whether all numbers are finite; `0 · v` is 0 for those alone.
+/// Whether all values are finite. The test uses that `0 · v` is 0 for finite values alone.
 fn all_finite(values: &[f64]) -> bool {
     let mut sums = [0.0; LANES];
     let chunks = values.chunks_exact(LANES);
@@ -105,7 +108,7 @@ fn all_finite(values: &[f64]) -> bool {
     rest && sums.iter().all(|s| *s == 0.0)
 }
 
-/// Scalar product, in several sums at a time.
+/// Scalar product of two lists of equal length, accumulated in several partial sums.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
     let (x, y) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
@@ -118,7 +121,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     rest + sums.iter().sum::<f64>()
 }
 
-/// Sum, in several sums at a time.
+/// Sum of a list, accumulated in several partial sums.
 pub(crate) fn sum(values: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
     let chunks = values.chunks_exact(LANES);

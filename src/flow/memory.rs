@@ -1,8 +1,9 @@
-//! Memory that every iteration needs again.
+//! Memory that is kept because every iteration needs it again.
 //!
-//! Fresh memory from the system costs as much as filling it, and what an iteration frees the allocator hands back to the
-//! system: a tenth of the time of a point. Large lists therefore leave their memory to the next one of their kind, one
-//! store a thread. Depends on nothing; the types say themselves that their memory is [kept](kept!).
+//! Fresh memory from the operating system costs as much as filling it, and the allocator hands back what an iteration
+//! frees: together a tenth of the time of a point. Large lists therefore leave their memory to the next list of their
+//! kind, with one store per thread. This module depends on nothing; the types say themselves that their memory is
+//! [kept](kept!).
 
 use nalgebra::DMatrix;
 use std::cell::RefCell;
@@ -10,17 +11,17 @@ use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::LocalKey;
 
-/// Most lists of a kind whose memory is kept.
+/// Largest number of lists of one kind whose memory is kept.
 const SPARE: usize = 4;
 
 pub(crate) type Spare<T> = RefCell<Vec<Vec<T>>>;
 
-/// What lists with memory that is kept consist of.
+/// The type of the items of lists whose memory is kept.
 pub(crate) trait Kept: Sized + 'static {
     fn spare() -> &'static LocalKey<Spare<Self>>;
 }
 
-/// Keeps the memory of lists of a type.
+/// Declares that the memory of lists of a type is kept.
 macro_rules! kept {
     ($kind:ty) => {
         impl $crate::flow::memory::Kept for $kind {
@@ -37,7 +38,7 @@ pub(crate) use kept;
 
 kept!(f64);
 
-/// The first spare list that `fits`, with whatever it holds.
+/// The first spare list that `fits`, with whatever it holds, or an empty list.
 fn take<T: Kept>(fits: impl Fn(&Vec<T>) -> bool) -> Vec<T> {
     let spare = T::spare().try_with(|spare| {
         let mut spare = spare.borrow_mut();
@@ -58,7 +59,7 @@ fn keep<T: Kept>(list: Vec<T>) {
     });
 }
 
-/// A list whose memory goes to the next one of its kind.
+/// A list whose memory goes to the next list of its kind when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Recycled<T: Kept>(Vec<T>);
 
@@ -104,14 +105,15 @@ impl<T: Kept> Drop for Recycled<T> {
     }
 }
 
-/// A large matrix of zeros, in memory that was [returned](give_back) where there is some.
+/// A matrix of zeros, in memory that was [returned](give_back) earlier where there is some of the right size.
 pub(crate) fn large_zeros(rows: usize, columns: usize) -> DMatrix<f64> {
     let mut matrix = large(rows, columns);
     matrix.fill(0.0);
     matrix
 }
 
-/// The same to be overwritten: it holds numbers of no meaning.
+/// A matrix of arbitrary numbers that the caller must overwrite, in memory that was [returned](give_back) earlier where
+/// there is some of the right size.
 pub(crate) fn large(rows: usize, columns: usize) -> DMatrix<f64> {
     let size = rows * columns;
     let mut values = take(|v: &Vec<f64>| v.capacity() >= size && v.capacity() <= size + size / 2);
@@ -124,10 +126,10 @@ pub(crate) fn give_back(matrix: &mut DMatrix<f64>) {
     keep::<f64>(std::mem::replace(matrix, DMatrix::zeros(0, 0)).data.into());
 }
 
-/// Results that depend on one number alone, such as the count of nodes, and are wanted again for every section.
+/// Results that depend on one number alone, such as the count of nodes, and are needed again for every section.
 pub(crate) struct Memo<T>(Mutex<Vec<(usize, Arc<T>)>>);
 
-/// Most results that a [`Memo`] keeps; the oldest goes first.
+/// Largest number of results that a [`Memo`] keeps; the oldest is dropped first.
 const MEMORIES: usize = 16;
 
 impl<T> Memo<T> {
@@ -135,7 +137,7 @@ impl<T> Memo<T> {
         Self(Mutex::new(Vec::new()))
     }
 
-    /// The result for `key`, made where it is not known. Nobody waits while it is made.
+    /// The result for `key`, made by `make` where it is not known yet. No lock is held while it is made.
     pub fn get(&self, key: usize, make: impl FnOnce() -> T) -> Arc<T> {
         let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, value)) = known().iter().find(|(k, _)| *k == key) {

@@ -1,8 +1,10 @@
 //! Viscous flow about a section: panels coupled with integral boundary layers, with exact derivatives.
 //!
-//! [`analyze`] takes the nodes of a section and a [`Condition`] and gives a [`Solution`]: coefficients, transition,
-//! distributions, a [`Status`], and on request the exact [`Gradients`] of the coefficients with respect to every node,
-//! incidence, Mach and Reynolds number. [`PanelledSection`] keeps the factorised panel equations for several points.
+//! [`analyze`] takes the nodes of a section and a [`Condition`] and returns a [`Solution`]: coefficients, transition,
+//! distributions and a [`Status`]. On request the solution gives the exact [`Gradients`] of the coefficients with
+//! respect to every node, the angle of attack, and the Mach and Reynolds number. [`PanelledSection`] keeps the
+//! factorised panel equations for several operating points. [`FlowSolver`] is the interface of every solver;
+//! [`PanelSolver`] implements it.
 //!
 //! ```
 //! use aeroform::flow::{Coefficients, Condition, Incidence, Settings, TrailingEdge, analyze};
@@ -25,8 +27,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! To the solver a section is a list of points; [`panel_parameters`] chooses them on a [`Section`](crate::section::Section).
-//! Depends on [`section`](crate::section), [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
+//! To the solver a section is a list of points; [`panel_parameters`] chooses them on a
+//! [`Section`](crate::section::Section). This module depends on [`section`](crate::section),
+//! [`differentiate`](crate::differentiate) and [`scalar`](crate::scalar).
 
 // sums over several parallel arrays read better with their common index
 #![allow(clippy::needless_range_loop)]

@@ -1,25 +1,27 @@
-//! Where the panel nodes of a section sit.
+//! Parameters on the curve of a section at which panel nodes stand.
 
 use crate::plane::distance;
 use crate::section::Section;
 
-/// Samples of a section between which the node density is integrated.
+/// Number of samples of a section between which the node density is integrated.
 const SAMPLES: usize = 2001;
-/// Arc length over which curvature is averaged, in perimeters: measured sections have ragged curvature.
+/// Arc length, in perimeters, over which curvature is averaged; coordinates that were measured have ragged curvature.
 const SMOOTHING: f64 = 0.01;
-/// The same at the nose, in nose radii, and how fast it grows from there with the distance along the surface: wider,
-/// it would hide the nose of a thin section.
+/// Averaging length at the nose, in nose radii, and its growth per arc length from the nose. A wider average would hide
+/// the nose of a thin section.
 const NOSE_SMOOTHING: [f64; 2] = [0.5, 0.25];
-/// Least of it, in perimeters: a section with a sharp nose must not draw all nodes there.
+/// Smallest averaging length at the nose, in perimeters. It keeps a section with a sharp nose from drawing all nodes
+/// there.
 const LEAST_SMOOTHING: f64 = 5e-4;
 
-/// Curve parameters of `nodes` panel nodes, from the trailing edge over the upper surface and back.
+/// Curve parameters (0 to 1) of `nodes` panel nodes, from the trailing edge over the upper surface and back along the
+/// lower one.
 ///
-/// Equal steps of the integral of a density over arc length that grows with the smoothed curvature and towards the
-/// trailing edge. Its part linear in the curvature gives every turn of the surface its number of panels, some 17 of 160
-/// to the nose whatever its radius: thin sections need that, their suction peak is as narrow as the nose. Choose them
-/// once, from the undeformed section, and keep them while it deforms: nodes at fixed parameters move smoothly with the
-/// shape.
+/// The nodes stand at equal steps of the integral of a density over arc length. The density grows with the smoothed
+/// curvature and towards the trailing edge. The term linear in the curvature gives every turn of the surface a fixed
+/// number of panels, about 17 of 160 to the nose whatever its radius. Thin sections need that, because their suction
+/// peak is as narrow as the nose. Choose the parameters once, from the undeformed section, and keep them while it
+/// deforms: nodes at fixed parameters move smoothly with the shape.
 ///
 /// ```
 /// use aeroform::flow::panel_parameters;
@@ -63,7 +65,7 @@ pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Magnitude of the curvature (one over length), averaged over neighbouring samples.
+/// Magnitude of the curvature at every sample, in one over chords, averaged over neighbouring samples.
 fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -> Vec<f64> {
     let curvature: Vec<f64> = parameters
         .iter()
@@ -95,7 +97,8 @@ fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -
         .collect()
 }
 
-/// Radius of the nose: length over angle of the part that turns by less than 45 degrees to either side.
+/// Radius of the nose in chords: the length over the angle of the part that turns by less than 45 degrees to either
+/// side.
 fn nose_radius(section: &Section<f64>, parameters: &[f64], arc: &[f64], nose: usize) -> f64 {
     let heading = |k: usize| section.curve().derivatives(parameters[k], 1)[1];
     let [x, y] = heading(nose);

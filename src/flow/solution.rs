@@ -1,4 +1,4 @@
-//! A flow about a section as every solver gives it: coefficients, distributions, status, derivatives.
+//! The flow about a section in the form that every solver returns: coefficients, distributions, status, derivatives.
 
 use super::FlowError;
 use super::coefficients::{Coefficients, Derivatives, Gradients};
@@ -10,29 +10,30 @@ use std::borrow::Cow;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// Whether a solution is to be trusted.
+/// Whether a solution is to be trusted, and why not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Status {
-    /// The residual is below the tolerance and the flow within the model.
+    /// The residual is below the tolerance and the flow is within the model.
     Converged,
-    /// The iteration did not come down; the coefficients mean nothing.
+    /// The iteration did not converge; the coefficients mean nothing.
     NotConverged {
-        /// Largest residual left.
+        /// Largest residual at the end of the attempt, without dimension.
         residual: f64,
     },
-    /// Converged, but separated so far that an integral layer with one-parameter profiles no longer describes it.
+    /// The iteration converged, but the flow is separated so far that an integral layer with one-parameter profiles no
+    /// longer describes it.
     Separated {
-        /// Length of turbulent reversed flow on the worse side, over the length of the side.
+        /// Length of turbulent reversed flow over the length of the side, for the side where that is larger.
         extent: f64,
     },
-    /// Converged, but outside what the outer flow of the solver describes.
+    /// The iteration converged, but the flow is outside what the outer flow of the solver describes.
     OutsideModel {
-        /// What the flow is, in a word: for the panel solver "supersonic".
+        /// Kind of flow in a word; the panel solver gives "supersonic".
         name: Cow<'static, str>,
-        /// How far it is outside: for the panel solver the highest local Mach number.
+        /// Number that shows how far the flow is outside; the panel solver gives the highest local Mach number.
         value: f64,
-        /// The reason in words, with the value.
+        /// Reason in words, with the value.
         reason: Cow<'static, str>,
     },
 }
@@ -65,11 +66,11 @@ impl std::fmt::Display for Status {
 /// One attempt of the solver, for the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
-    /// What was tried.
+    /// Name of the start or way that was tried.
     pub what: String,
-    /// Newton iterations it took.
+    /// Number of Newton iterations of the attempt.
     pub iterations: usize,
-    /// Largest residual at its end.
+    /// Largest residual at the end of the attempt, without dimension.
     pub residual: f64,
 }
 
@@ -81,94 +82,98 @@ impl Attempt {
 
 /// The flow about a section at one operating point.
 ///
-/// Lengths in chords, speeds in units of the onset speed, coefficients on the chord; moment about the quarter chord,
-/// nose-up positive.
+/// Lengths are in chords and speeds in units of the onset speed. Coefficients are on the chord and the dynamic pressure
+/// of the onset flow; the moment is about the quarter chord, nose-up positive.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// Whether the numbers below are to be trusted.
     pub status: Status,
-    /// The condition that was asked for.
+    /// Operating point that was asked for.
     pub condition: Condition,
-    /// Angle of attack in radians (found, where the lift was given).
+    /// Angle of attack in radians. The solver has found it where the lift coefficient was prescribed.
     pub alpha: f64,
-    /// Coefficients: lift and moment from the surface pressure, drag from the end of the wake (Squire & Young).
+    /// Coefficients of the section. Lift and moment come from the surface pressure, drag from the end of the wake by
+    /// the formula of Squire and Young.
     pub coefficients: Coefficients,
-    /// Pressure drag: total less friction.
+    /// Pressure drag coefficient: the drag coefficient less the friction drag coefficient.
     pub cd_pressure: f64,
-    /// Friction drag.
+    /// Friction drag coefficient: wall shear stress along the onset flow, integrated over both sides.
     pub cd_friction: f64,
-    /// Stagnation point, x in chords.
+    /// Stagnation point, as x in chords.
     pub stagnation: f64,
-    /// Largest residual of all equations.
+    /// Largest residual of all equations, without dimension.
     pub residual: f64,
-    /// Newton iterations of the last attempt.
+    /// Number of Newton iterations of the last attempt.
     pub iterations: usize,
-    /// What was tried before, where the direct way failed.
+    /// Attempts that failed before the last one, in their order; empty where the direct way succeeded.
     pub attempts: Vec<Attempt>,
-    /// What the solver remembers of the solution.
+    /// State of the solver from which derivatives, distributions and warm starts are made.
     pub(super) record: Arc<dyn Record>,
 }
 
-/// What a solver remembers of a solution, for derivatives, distributions and warm starts.
+/// The state of a solution that its solver keeps for derivatives, distributions and warm starts.
 pub(super) trait Record: Any + Debug + Send + Sync {
     /// Exact derivatives of the coefficients at fixed angle of attack; `None` where the equations are singular.
     fn gradients(&self) -> Option<Gradients>;
 
+    /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
 
-    /// The nodes of the section as they were given.
+    /// Nodes of the section as they were given, in chords.
     fn nodes(&self) -> &[[f64; 2]];
 }
 
-/// Derivatives of what a solution reports, with that held which the condition holds.
+/// Derivatives of the results of a solution. They hold whatever the condition holds: the angle of attack or the lift
+/// coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldGradients {
     /// Derivatives of the coefficients.
     pub coefficients: Gradients,
-    /// Derivatives of the angle of attack (radians): where the lift is held the angle follows; where the angle is held
-    /// all are zero but that by the angle itself.
+    /// Derivatives of the angle of attack (radians). Where the lift coefficient is held the angle follows; where the
+    /// angle is held all are zero but the derivative with respect to the angle itself.
     pub alpha: Derivatives,
 }
 
-/// Flow at one station of the boundary layer or the wake.
+/// Flow at one station of the boundary layer or the wake. Lengths are in chords, speeds in units of the onset speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StationFlow {
-    /// Arc length from the stagnation point; in the wake, from the trailing edge.
+    /// Arc length from the stagnation point, or in the wake from the trailing edge.
     pub s: f64,
-    /// x of the station, in chords.
+    /// Coordinate x of the station.
     pub x: f64,
-    /// y of the station, in chords.
+    /// Coordinate y of the station.
     pub y: f64,
-    /// Edge speed.
+    /// Compressible speed at the edge of the layer.
     pub edge_velocity: f64,
-    /// Pressure coefficient at the edge.
+    /// Pressure coefficient at the edge of the layer.
     pub cp: f64,
     /// Momentum thickness θ.
     pub momentum_thickness: f64,
-    /// Displacement thickness δ*, in the wake without the dead air.
+    /// Displacement thickness δ*; in the wake without the dead air behind a blunt edge.
     pub displacement_thickness: f64,
-    /// Kinematic shape parameter.
+    /// Kinematic shape parameter Hk.
     pub shape_parameter: f64,
-    /// Skin-friction coefficient on the local dynamic pressure.
+    /// Skin-friction coefficient on the local dynamic pressure; zero in the wake.
     pub skin_friction: f64,
-    /// Amplification factor; zero where turbulent.
+    /// Amplification factor n; zero where the layer is turbulent.
     pub amplification: f64,
-    /// Shear-stress coefficient; zero where laminar.
+    /// Coefficient Cτ = τ/(ρu²) of the largest shear stress, on density and speed at the edge; zero where the layer is
+    /// laminar.
     pub shear_stress: f64,
 }
 
-/// Distributions of a solution.
+/// Distributions of a solution along the surface and the wake.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Distributions {
-    /// Pressure coefficient at the nodes of the section, in their order.
+    /// Pressure coefficient at the nodes of the section, in the order of the nodes.
     pub cp: Vec<f64>,
-    /// Pressure coefficient at the nodes without boundary layer.
+    /// Pressure coefficient at the nodes of the flow without boundary layer, at the angle of attack of the solution.
     pub cp_inviscid: Vec<f64>,
-    /// Upper side from the stagnation point to the trailing edge.
+    /// Stations of the upper side from the stagnation point to the trailing edge.
     pub upper: Vec<StationFlow>,
-    /// Lower side from the stagnation point to the trailing edge.
+    /// Stations of the lower side from the stagnation point to the trailing edge.
     pub lower: Vec<StationFlow>,
-    /// Wake from the trailing edge.
+    /// Stations of the wake from the trailing edge downstream.
     pub wake: Vec<StationFlow>,
 }
 
@@ -178,10 +183,11 @@ impl Solution {
         self.status == Status::Converged
     }
 
-    /// Exact derivatives of the coefficients at fixed angle of attack, wake and stagnation point moving.
+    /// Exact derivatives of the coefficients at fixed angle of attack. The wake, the stagnation point and transition
+    /// move with the inputs.
     ///
-    /// `None` where the solution is not converged, so that it has no derivatives. See
-    /// [`held_gradients`](Self::held_gradients) for a point at fixed lift.
+    /// The result is `None` where the solution is not converged, because it has no derivatives then. See
+    /// [`held_gradients`](Self::held_gradients) for a point at fixed lift coefficient.
     pub fn gradients(&self) -> Option<Gradients> {
         match self.status {
             Status::NotConverged { .. } => None,
@@ -189,9 +195,9 @@ impl Solution {
         }
     }
 
-    /// Exact derivatives with that held which the condition holds: the angle of attack, or the lift.
+    /// Exact derivatives that hold whatever the condition holds: the angle of attack or the lift coefficient.
     ///
-    /// `None` where the solution is not converged.
+    /// The result is `None` where the solution is not converged.
     pub fn held_gradients(&self) -> Option<HeldGradients> {
         let at_alpha = self.gradients()?;
         Some(match self.condition.incidence {
@@ -206,8 +212,9 @@ impl Solution {
         })
     }
 
-    /// The coefficients over any scalar that carries first derivatives at most: `nodes` are those of the solution, in
-    /// chords, with whatever derivatives they have. What the condition holds is held: the angle of attack, or the lift.
+    /// The coefficients over any scalar that carries at most first derivatives. `nodes` are the nodes of the solution,
+    /// in chords, with whatever derivatives they have. The angle of attack or the lift coefficient is held, as the
+    /// condition says.
     ///
     /// ```
     /// use aeroform::flow::{Condition, Incidence, Settings, TrailingEdge, analyze, panel_parameters};
@@ -251,7 +258,7 @@ impl Solution {
         }))
     }
 
-    /// Distributions along the surface and the wake, for plots and constraints.
+    /// Pressure along the surface, and the boundary layer along both sides and the wake, for plots and constraints.
     pub fn distributions(&self) -> Distributions {
         self.record.distributions()
     }

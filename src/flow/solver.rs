@@ -1,4 +1,4 @@
-//! The door through which the rest of the crate sees every flow solver.
+//! The interface through which the rest of the crate sees every flow solver.
 
 use super::condition::Condition;
 use super::solution::Solution;
@@ -10,16 +10,16 @@ pub trait FlowSolver: Debug + Send + Sync {
     /// The name of the solver in reports.
     fn name(&self) -> &'static str;
 
-    /// Whether the solver takes an operating point.
+    /// Checks whether the solver can take an operating point.
     ///
     /// # Errors
     /// [`FlowError::Condition`] for the first number out of range.
     fn check(&self, condition: &Condition) -> Result<(), FlowError>;
 
-    /// Prepares a section: does once what all operating points share.
+    /// Prepares a section: does once the work that all operating points share.
     ///
-    /// `nodes` in chords, from the trailing edge over the upper surface to the nose and back along the lower surface; for
-    /// a sharp edge the first and the last are one point.
+    /// `nodes` are the points of the section in chords, from the trailing edge over the upper surface to the nose and
+    /// back along the lower surface. For a sharp edge the first and the last node are one point.
     ///
     /// # Errors
     /// [`FlowError`] for nodes that make no section.
@@ -28,10 +28,13 @@ pub trait FlowSolver: Debug + Send + Sync {
 
 /// A section prepared by a [`FlowSolver`].
 pub trait FlowSection: Debug + Send + Sync {
-    /// The flow at an operating point. `warm` is any solution of a neighbouring section or condition; the result does not
-    /// depend on it beyond the tolerance of the solver, and a solution of another solver is no help and no harm.
+    /// Solves the flow at an operating point.
+    ///
+    /// `warm` is a solution of a neighbouring section or condition to start from. The result does not depend on it
+    /// beyond the tolerance of the solver, and a solution of another solver neither helps nor harms.
     ///
     /// # Errors
-    /// [`FlowError`] for a condition out of range. A flow that does not converge is a [`Solution`] whose status says so.
+    /// [`FlowError`] for a condition out of range. A flow that does not converge is a [`Solution`] whose status says
+    /// so.
     fn analyze(&self, condition: &Condition, warm: Option<&Solution>) -> Result<Solution, FlowError>;
 }

@@ -43,7 +43,7 @@
 //! assert!((outcome.x[0] - 1.0).abs() < 1e-6);
 //! ```
 //!
-//! Depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
+//! This module depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
 
 pub(crate) mod atomic;
 mod bounded;

@@ -6,8 +6,8 @@
 //! * [`Table`]: aligned plain-text tables;
 //! * [`number`]: numbers for JSON, `null` where there is none.
 //!
-//! Depends on [`case`](crate::case) and what that depends on for the JSON, on `serde_json`, `tempfile`, and with figures
-//! on `plotters`.
+//! This module depends on [`case`](crate::case) and the modules below it for the JSON, on `serde_json`, `tempfile`, and
+//! with figures on `plotters`.
 
 #[cfg(feature = "figures")]
 pub mod figures;

@@ -4,7 +4,8 @@
 //! [`Scalar`](crate::scalar::Scalar), exact in those parameters. [`Measure`] names the quantities that objectives and
 //! constraints are made of.
 //!
-//! Depends on [`scalar`](crate::scalar), [`differentiate`](crate::differentiate) and [`spline`](crate::spline).
+//! This module depends on [`scalar`](crate::scalar), [`differentiate`](crate::differentiate) and
+//! [`spline`](crate::spline).
 
 mod coordinates;
 mod curve;

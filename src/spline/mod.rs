@@ -3,7 +3,7 @@
 //! Knots and parameters of construction are plain numbers, control points are generic, so every spline is linear in
 //! its control points and every derivative is exact.
 //!
-//! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate).
+//! This module depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate).
 
 mod analytic;
 mod arc_length;

@@ -63,7 +63,7 @@ struct Point {
     coefficients: Option<[f64; 5]>,
     residual: f64,
     iterations: usize,
-    /// What was tried before the attempt that counts, and the iterations that took.
+    /// Number of attempts before the one that counts, and the iterations they took.
     attempts: (usize, usize),
     milliseconds: f64,
 }

@@ -57,7 +57,7 @@ struct Scan {
     lower: Bump,
 }
 
-/// What was found along it.
+/// The drag found along a line.
 struct Found {
     /// Amplitude over reach, drag, transition on both sides, in order of the amplitude.
     points: Vec<[f64; 4]>,

@@ -1,7 +1,7 @@
 //! The equations of all stations with their local Jacobians.
 //!
-//! Every block depends on two stations (at the start of the wake on three) and two abscissas and is differentiated by dual
-//! numbers as wide as that.
+//! Every block depends on two stations (three at the start of the wake) and on two abscissas, and is differentiated by
+//! dual numbers of exactly that width.
 
 use super::edge::EdgeLaw;
 use super::equations::{EQUATIONS, Interval, Layer, Link, first, turned};
@@ -21,26 +21,29 @@ type ByThree = Tangent<{ 3 * UNKNOWNS }>;
 /// Derivatives of the equations of a station with respect to the unknowns of one station.
 pub(crate) type Coupling = [State; EQUATIONS];
 
-/// The equations that belong to one station.
+/// The equations that belong to one station, linearised.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
+    /// Residuals of the equations.
     pub residual: [f64; EQUATIONS],
+    /// Derivatives with respect to the unknowns of the station itself.
     pub own: Coupling,
-    /// Stations upstream: none (first of a side), one, or two (start of the wake).
+    /// Numbers of the stations upstream, with derivatives with respect to their unknowns: none at the first station of
+    /// a side, two at the start of the wake, otherwise one.
     pub upstream: [Option<(usize, Coupling)>; 2],
-    /// With respect to the global directions.
+    /// Derivatives with respect to the global directions, one row per equation.
     pub globals: [[f64; GLOBALS]; EQUATIONS],
 }
 
 kept!(Block);
 kept!(Derived<ByStation>);
 
-/// The derivatives with respect to the station whose unknowns are in the directions from `first` on.
+/// Derivatives with respect to the station whose unknowns are in the directions from `first` on.
 fn coupling<const N: usize>(residuals: &[Tangent<N>; EQUATIONS], first: usize) -> Coupling {
     residuals.each_ref().map(|r| State::derivatives(r, first))
 }
 
-/// A station in the directions from `offset` on of wider dual numbers.
+/// A station in wider dual numbers, with the derivatives in the directions from `offset` on.
 fn placed<const N: usize>(station: &Derived<ByStation>, offset: usize) -> Derived<Tangent<N>> {
     station.map(|v| {
         let mut wide = Tangent::from_re(v.re);
@@ -49,8 +52,9 @@ fn placed<const N: usize>(station: &Derived<ByStation>, offset: usize) -> Derive
     })
 }
 
-/// Directions of the unknowns of the station at the end of an interval, and of the abscissas.
+/// First direction of the unknowns of the station at the end of an interval.
 const OWN: usize = UNKNOWNS;
+/// First direction of the abscissas of an interval.
 const ABSCISSAS: usize = 2 * UNKNOWNS;
 
 /// The abscissas of an interval as independent variables.
@@ -66,13 +70,13 @@ fn by_globals(residuals: &[ByInterval; EQUATIONS], x: [ByGlobal; 2]) -> [[f64; G
 }
 
 impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
-    /// The closure at every station, with derivatives with respect to the unknowns of the station.
+    /// Evaluates the closure at every station, with derivatives with respect to the unknowns of the station.
     pub fn derive_all(&self, unknowns: &Unknowns) -> Recycled<Derived<ByStation>> {
         self.derive(unknowns, |state| state.seed(0), &self.law.map(ByStation::from_re))
     }
 
-    /// All blocks, in the order of the stations: `abscissas` are the distances from the stagnation point of the stations
-    /// of both sides.
+    /// All blocks in the order of the stations. `abscissas` are the distances of the stations of both sides from the
+    /// stagnation point, in chords.
     pub fn blocks(&self, derived: &[Derived<ByStation>], abscissas: &[Vec<ByGlobal>; 2]) -> Recycled<Block> {
         let mut result = Recycled::with_capacity(derived.len());
         for link in self.links() {
@@ -102,7 +106,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         }
     }
 
-    /// An interval on the surface that ends at station `k`.
+    /// The block of station `k` on the surface, at the end of an interval.
     fn surface_block(
         &self,
         derived: &[Derived<ByStation>],

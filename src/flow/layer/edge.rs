@@ -1,16 +1,16 @@
 //! The state of the flow at the edge of the layer: a perfect gas, isentropic from the free stream.
 //!
-//! The layer knows its outer flow by [`EdgeLaw`] alone: how that flow's own unknown, a positive speed, becomes the
-//! compressible state at the edge.
+//! The layer knows the outer flow by [`EdgeLaw`] alone, which turns the unknown of that flow, a positive speed, into
+//! the compressible state at the edge.
 
 use crate::scalar::Scalar;
 
-/// Sutherland's constant over the stagnation temperature (XFOIL).
+/// Sutherland's constant over the stagnation temperature (value of XFOIL).
 const SUTHERLAND: f64 = 0.35;
-/// γ − 1, ratio of specific heats 1.4.
+/// The ratio of specific heats less one, γ − 1, for γ = 1.4.
 const GAMMA_MINUS_1: f64 = 0.4;
 
-/// State of the flow at the edge of the layer. Speeds in units of the onset speed, lengths in chords.
+/// State of the flow at the edge of the layer. Speeds are in units of the onset speed, lengths in chords.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge<S> {
     /// Compressible speed.
@@ -19,18 +19,19 @@ pub(crate) struct Edge<S> {
     pub mach2: S,
     /// Density over that of the free stream.
     pub density: S,
-    /// Reynolds number per chord.
+    /// Reynolds number at the edge per chord: density times speed over viscosity.
     pub reynolds: S,
 }
 
-/// How the unknown of an outer flow at a station, a positive speed, becomes the state at the edge of the layer.
+/// The law by which the unknown of an outer flow at a station, a positive speed, becomes the state at the edge of the
+/// layer.
 pub(crate) trait EdgeLaw: Copy {
-    /// Number the law is evaluated in.
+    /// Kind of number the law is evaluated in.
     type Number: Scalar;
-    /// The law with its constants in another number.
+    /// The law with the constants in another kind of number.
     type In<S: Scalar>: EdgeLaw<Number = S>;
 
-    /// Edge state for a value of the outer flow's unknown.
+    /// State at the edge for a value of the outer flow's unknown.
     fn edge(&self, unknown: Self::Number) -> Edge<Self::Number>;
 
     /// This law with all constants converted by `f`.
@@ -40,12 +41,14 @@ pub(crate) trait EdgeLaw: Copy {
 /// Free stream of a perfect gas. As an [`EdgeLaw`] it suits an outer flow whose unknown is the compressible speed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FreeStream<S> {
+    /// Square of the Mach number of the onset flow.
     mach2: S,
+    /// Reynolds number on a chord of one.
     reynolds: S,
 }
 
 impl<S: Scalar> FreeStream<S> {
-    /// From the Mach number and the Reynolds number of the chord.
+    /// A free stream with a Mach number and a Reynolds number of the chord.
     pub fn new(mach: S, reynolds: S) -> Self {
         Self { mach2: mach * mach, reynolds }
     }

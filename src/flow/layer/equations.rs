@@ -1,9 +1,9 @@
-//! The equations of the layer, each in one place: what links every station to those upstream of it.
+//! The equations of the layer, each in one place, and the links between every station and those upstream of it.
 //!
-//! A station has three equations. [`Layer::links`] lists all stations with what precedes them; [`first`], [`Interval`]
+//! A station has three equations. [`Layer::links`] lists all stations with what precedes them. [`first`], [`Interval`]
 //! and [`Merged`](super::interval::Merged) hold the residuals, generic over the number. The value pass
 //! ([`Layer::residuals`]), the local Jacobians ([`blocks`](super::blocks)), the marches ([`march`](super::march),
-//! [`project`](super::project)) and the derivatives by gas and dead air differ in what they seed, and in nothing else.
+//! [`project`](super::project)) and the derivatives by gas and dead air differ only in the variables that they seed.
 
 use super::edge::EdgeLaw;
 use super::interval::{Merged, Span, growth, growth_by_states, lag, momentum_and_energy, similarity, upwind_weight};
@@ -17,34 +17,38 @@ use crate::scalar::Scalar;
 /// Number of equations of a station.
 pub(crate) const EQUATIONS: usize = 3;
 
-/// Abscissa of the trailing edge in the wake: only ratios of abscissas enter, and they belong to the dissipation.
+/// Abscissa of the trailing edge in the wake. The value does not matter: only ratios of abscissas enter, and they
+/// belong to the dissipation.
 const WAKE_ORIGIN: f64 = 1.0;
 
-/// Directions of the derivatives of a [transition residual](Layer::transition): the global ones, then the amplification
-/// factor of the last laminar station, then the arc length of the trip.
+/// Direction of the amplification factor of the last laminar station in a [transition residual](Layer::transition),
+/// behind the global directions.
 pub(crate) const BY_AMPLIFICATION: usize = GLOBALS;
+/// Direction of the arc length of the trip in a [transition residual](Layer::transition).
 pub(crate) const BY_TRIP: usize = GLOBALS + 1;
+/// A number with the derivatives of a [transition residual](Layer::transition).
 pub(crate) type ByTransition = Tangent<{ GLOBALS + 2 }>;
 
-/// What is constant in the equations of the layer.
+/// The constants of the equations of the layer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Layer<'a, L> {
+    /// Fractions at which the stations stand.
     pub layout: &'a Layout,
-    /// How the outer flow's unknown becomes the state at the edge.
+    /// The law by which the outer flow's unknown becomes the state at the edge.
     pub law: L,
-    /// Dead-air gap at the stations of the wake.
+    /// Dead-air gap at the stations of the wake, in chords.
     pub gap: &'a [f64],
-    /// Distances of the stations of the wake behind the edge.
+    /// Distances of the stations of the wake behind the trailing edge, in chords.
     pub distances: &'a [f64],
-    /// Total arc length of the surface.
+    /// Total arc length of the surface, in chords.
     pub total: f64,
     /// Critical amplification factor.
     pub n_critical: f64,
-    /// Arc length of the trip of each side from the first node, where there is one.
+    /// Arc length of the trip of each side from the first node in chords, where there is a trip.
     pub trips: [Option<f64>; 2],
 }
 
-/// A station with what precedes it. Stations are given by their numbers.
+/// A station with the stations that precede it. Stations are given by their positions on the side or in the wake.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Link {
     /// The first station of a side, where the layer is similar.
@@ -67,13 +71,14 @@ pub(super) fn first<S: Scalar>(own: &Derived<S>, x: S) -> [S; EQUATIONS] {
 pub(crate) struct Interval<'a, S> {
     /// The station upstream, turbulent where transition stands in between.
     pub from: &'a Derived<S>,
+    /// Abscissas and gaps of the two ends.
     pub span: Span<S>,
     /// Regime of the station at the end.
     pub regime: Regime,
 }
 
 impl<S: Scalar> Interval<'_, S> {
-    /// Momentum and kinetic-energy residuals with the station `own` at the end.
+    /// Residuals of the momentum and kinetic-energy equations with the station `own` at the end.
     pub fn momentum_and_energy(&self, own: &Derived<S>) -> [S; 2] {
         self.upwinded(own).0
     }
@@ -84,7 +89,8 @@ impl<S: Scalar> Interval<'_, S> {
         (momentum_and_energy(self.from, own, &self.span, self.regime, upwind), upwind)
     }
 
-    /// All residuals with the station `own` at the end; `growth` is the mean growth rate between two states.
+    /// Residuals of all equations with the station `own` at the end. `growth` is the mean growth rate between two
+    /// states.
     pub fn residual(&self, own: &Derived<S>, growth: impl Fn(&State<S>, &State<S>) -> S) -> [S; EQUATIONS] {
         let ([momentum, energy], upwind) = self.upwinded(own);
         let third = match self.regime {
@@ -98,14 +104,15 @@ impl<S: Scalar> Interval<'_, S> {
         [momentum, energy, third]
     }
 
-    /// [`residual`](Self::residual) where the law of the edge may carry derivatives too.
+    /// Calls [`residual`](Self::residual) where the law of the edge may carry derivatives too.
     pub fn residual_of(&self, own: &Derived<S>, law: &impl EdgeLaw<Number = S>) -> [S; EQUATIONS] {
         self.residual(own, |a, b| growth(a, b, law))
     }
 }
 
 impl<const N: usize> Interval<'_, Tangent<N>> {
-    /// [`residual`](Self::residual) for derivatives that are not those by the law of the edge.
+    /// Calls [`residual`](Self::residual) for derivatives with respect to states and abscissas, with a law of the edge
+    /// that carries none.
     pub fn residual_by_states(
         &self,
         own: &Derived<Tangent<N>>,
@@ -116,11 +123,12 @@ impl<const N: usize> Interval<'_, Tangent<N>> {
 }
 
 impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
+    /// The numbering of the stations of this layer.
     pub fn numbering(&self) -> Numbering {
         Numbering::new(self.layout)
     }
 
-    /// All stations in the order of their numbers, with what precedes them.
+    /// All stations in the order of their numbers, with the stations that precede them.
     pub fn links(&self) -> impl Iterator<Item = Link> + use<L> {
         let numbering = self.numbering();
         let surface = move |side: Side, number: usize| match number {
@@ -137,7 +145,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         sides.chain(wake)
     }
 
-    /// The closure at every station, in any number, with derivatives by whatever `state` and `law` carry.
+    /// Evaluates the closure at every station in any kind of number, with the derivatives that `state` and `law` carry.
     pub fn derive<S: Scalar, D: FromIterator<Derived<S>>>(
         &self,
         unknowns: &Unknowns,
@@ -149,8 +157,9 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         unknowns.stations.iter().enumerate().map(derive).collect()
     }
 
-    /// Residuals of all stations for fixed unknowns, as functions of the law of the edge and of the dead air: `derived`
-    /// are the stations, `abscissas` their distances from the stagnation point on both sides.
+    /// Residuals of all stations for fixed unknowns, as functions of the law of the edge and of the dead air. `derived`
+    /// are the stations, `abscissas` their distances from the stagnation point on both sides, `gap` the dead-air gaps
+    /// of the wake.
     pub fn residuals<S: Scalar>(
         &self,
         derived: &[Derived<S>],
@@ -180,18 +189,18 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         self.links().map(residual).collect()
     }
 
-    /// Abscissas and gaps of the wake interval that ends at station `number`, for the gaps at its ends.
+    /// The wake interval that ends at station `number` of the wake, with given gaps at the two ends.
     pub fn wake_span<S: Scalar>(&self, number: usize, gap: [S; 2]) -> Span<S> {
         let x = [number - 1, number].map(|i| S::from(WAKE_ORIGIN + self.distances[i]));
         Span { x, gap }
     }
 
-    /// [`wake_span`](Self::wake_span) for the gaps as they are.
+    /// The wake interval that ends at station `number` of the wake, with the gaps of this layer.
     pub fn wake_interval_span<S: Scalar>(&self, number: usize) -> Span<S> {
         self.wake_span(number, [number - 1, number].map(|i| S::from(self.gap[i])))
     }
 
-    /// Distance of the trip of a side from the stagnation point, where there is one.
+    /// Distance of the trip of a side from the stagnation point, where there is a trip.
     pub fn trip_distance(&self, side: Side, stagnation: f64) -> Option<f64> {
         self.trips[side.index()].map(|arc| side.distance(stagnation, arc))
     }
@@ -213,7 +222,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
     }
 }
 
-/// The laminar state at the end of a laminar layer as the turbulent equations behind see it.
+/// The end of a laminar layer as the turbulent equations behind it see it.
 pub(super) fn turned<S: Scalar>(laminar: State<S>, law: &impl EdgeLaw<Number = S>) -> Derived<S> {
     Derived::new(transition_state(laminar, law), Regime::Turbulent, law)
 }

@@ -1,12 +1,13 @@
 //! Residuals of the boundary-layer equations over one interval between two stations.
 //!
-//! Momentum and kinetic-energy integral equations in logarithmic differences, lag equation for the shear stress,
-//! envelope amplification (Drela & Giles 1987, equations 1 to 8; Drela, XFOIL, 1989, section 3).
+//! The equations are the momentum and kinetic-energy integral equations in logarithmic differences, the lag equation
+//! for the shear stress, and the envelope amplification (Drela & Giles 1987, equations 1 to 8; Drela, XFOIL, 1989,
+//! section 3).
 //!
 //! XFOIL takes means of both ends. Here integrals over an interval are by Simpson's rule, with the logarithms of θ and
-//! Hk − 1 straight in between: towards separation these grow exponentially, and means of what grows so are too large by
-//! a twelfth of the square of its logarithmic change. With forty turbulent stations the error of the drag of eight
-//! sections close to separation (NACA 4621 to 6620) was 0.1 to 0.6 %, and 0.7 to 1.9 % with means.
+//! Hk − 1 straight in between. Towards separation these quantities grow exponentially, and the mean of the ends is too
+//! large by a twelfth of the square of the logarithmic change. With forty turbulent stations the error of the drag of
+//! eight sections close to separation (NACA 4621 to 6620) was 0.1 to 0.6 %, and 0.7 to 1.9 % with means.
 
 use super::closure::turbulent::{LAG, LOCUS_B, WAKE_DISSIPATION_LENGTH, equilibrium_gradient, friction};
 use super::closure::{amplification, laminar, turbulent};
@@ -16,40 +17,42 @@ use crate::differentiate::Tangent;
 use crate::flow::duals::compose;
 use crate::scalar::Scalar;
 
-/// Abscissas and, in the wake, the dead-air gap behind a blunt edge, at the two ends of an interval.
+/// Abscissas of the two ends of an interval and, in the wake, the dead-air gap behind a blunt edge there.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span<S> {
-    /// Arc length from the stagnation point, in chords.
+    /// Arc lengths of the ends from the stagnation point, in chords.
     pub x: [S; 2],
-    /// Gap of the wake, in chords; zero on walls.
+    /// Gaps of the wake at the ends, in chords; zero on walls.
     pub gap: [S; 2],
 }
 
 impl<S: Scalar> Span<S> {
-    /// Without a gap.
+    /// An interval on a wall, where there is no gap.
     pub fn on_wall(x: [S; 2]) -> Self {
         Self { x, gap: [S::from(0.0); 2] }
     }
 }
 
-/// Integral over an interval of unit length of what has these values at its ends and in its middle.
+/// Integral over an interval of unit length by Simpson's rule, from the values at the start, in the middle and at the
+/// end.
 fn simpson<S: Scalar>(start: S, middle: S, end: S) -> S {
     (start + middle * 4.0 + end) * (1.0 / 6.0)
 }
 
-/// A positive number in the middle of an interval over which its logarithm is straight.
+/// Value in the middle of an interval of a positive quantity whose logarithm is straight over the interval.
 fn middle<S: Scalar>(start: S, end: S) -> S {
     (start * end).sqrt()
 }
 
-/// Weight of the downstream end in the upwinded averages: 1/2 where H changes slowly, 1 where it jumps.
+/// Weight of the downstream end in the upwinded averages: 1/2 where Hk changes slowly, 1 where it jumps.
 pub(super) fn upwind_weight<S: Scalar>(a: &Derived<S>, b: &Derived<S>, regime: Regime) -> S {
     let constant = if regime == Regime::Wake { 1.0 } else { 5.0 };
     let change = b.state.log_shape - a.state.log_shape;
     -(-(change * change * constant / (b.hk * b.hk))).exp() * 0.5 + 1.0
 }
 
-/// Momentum and kinetic-energy residuals between stations `a` and `b`.
+/// Residuals of the momentum and kinetic-energy equations between the stations `a` (upstream) and `b`; `upwind` is their
+/// [weight](upwind_weight).
 pub(super) fn momentum_and_energy<S: Scalar>(
     a: &Derived<S>,
     b: &Derived<S>,
@@ -83,7 +86,7 @@ pub(super) fn momentum_and_energy<S: Scalar>(
     [momentum, energy]
 }
 
-/// Skin friction in the middle of an interval.
+/// Skin-friction coefficient in the middle of an interval.
 fn middle_friction<S: Scalar>(hk: S, re_theta: S, mach2: S, regime: Regime) -> S {
     match regime {
         Regime::Laminar => laminar::friction(hk, re_theta),
@@ -92,7 +95,8 @@ fn middle_friction<S: Scalar>(hk: S, re_theta: S, mach2: S, regime: Regime) -> S
     }
 }
 
-/// Residual of the lag equation of the shear stress, divided by 2 δ.
+/// Residual of the lag equation of the shear stress between the stations `a` (upstream) and `b`, divided by 2 δ; `upwind`
+/// is their [weight](upwind_weight).
 pub(super) fn lag<S: Scalar>(a: &Derived<S>, b: &Derived<S>, span: &Span<S>, regime: Regime, upwind: S) -> S {
     let mean = |p: S, q: S| (p + q) * 0.5;
     let upwinded = |p: S, q: S| p + (q - p) * upwind;
@@ -124,17 +128,19 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
-/// Mean growth rate of the amplification between two stations: Gauss quadrature along linear ln θ, ln(Hk − 1), ln u.
+/// Mean growth rate of the amplification factor per chord between two stations, by Gauss quadrature along straight ln
+/// θ, ln(Hk − 1) and ln u.
 ///
 /// The onset of growth travels through the intervals as the shape changes; quadrature inside the interval keeps the
-/// solution from feeling it. The equation is n_b − n_a − (x_b − x_a) · growth = 0.
+/// solution from depending on where it stands. The amplification equation is n_b − n_a − (x_b − x_a) · growth = 0.
 pub(super) fn growth<S: Scalar>(a: &State<S>, b: &State<S>, law: &impl EdgeLaw<Number = S>) -> S {
     mean_growth(a, b, |state| growth_rate(state, law))
 }
 
-/// [`growth`] for derivatives with respect to the states alone. The local rate depends on three of their numbers, so that
-/// its own dual numbers need carry no more than three derivatives, whatever `N`: four per cent of the instructions of a
-/// cold point less than with [`growth`] in the numbers of the whole interval.
+/// Mean growth rate like [`growth`], for derivatives with respect to the states alone. The local rate depends on three
+/// numbers of a state, so that the dual numbers inside need carry no more than three derivatives, whatever `N` is. That
+/// takes four per cent off the instructions of a cold point, compared with [`growth`] in the numbers of the whole
+/// interval.
 pub(super) fn growth_by_states<const N: usize>(
     a: &State<Tangent<N>>,
     b: &State<Tangent<N>>,
@@ -153,6 +159,7 @@ pub(super) fn growth_by_states<const N: usize>(
     })
 }
 
+/// Mean over an interval of a local growth rate, by Gauss quadrature.
 fn mean_growth<S: Scalar>(a: &State<S>, b: &State<S>, rate: impl Fn(&State<S>) -> S) -> S {
     let mut growth = S::from(0.0);
     for [at, weight] in GAUSS {
@@ -163,14 +170,15 @@ fn mean_growth<S: Scalar>(a: &State<S>, b: &State<S>, rate: impl Fn(&State<S>) -
     growth
 }
 
-/// Local growth rate of the amplification factor.
+/// Local growth rate of the amplification factor, per chord.
 fn growth_rate<S: Scalar>(state: &State<S>, law: &impl EdgeLaw<Number = S>) -> S {
     let theta = state.theta();
     let edge = law.edge(state.speed());
     amplification::growth_rate(state.kinematic_shape(), theta, edge.reynolds * theta)
 }
 
-/// Momentum and kinetic-energy residuals of the first station, where u ~ x and the layer is similar.
+/// Residuals of the momentum and kinetic-energy equations of the first station, where u is proportional to x and the
+/// layer is similar.
 pub(super) fn similarity<S: Scalar>(first: &Derived<S>, x: S) -> [S; 2] {
     let r = x / first.theta;
     let momentum = first.shape - first.mach2 + 2.0 - first.friction * r * 0.5;
@@ -179,17 +187,18 @@ pub(super) fn similarity<S: Scalar>(first: &Derived<S>, x: S) -> [S; 2] {
     [momentum, energy]
 }
 
-/// What the two layers at the trailing edge amount to together at the start of the wake.
+/// The two layers at the trailing edge merged into one at the start of the wake.
 pub(crate) struct Merged<S> {
-    /// Sum of the momentum thicknesses.
+    /// Sum of the momentum thicknesses, in chords.
     pub theta: S,
-    /// Sum of the displacement thicknesses.
+    /// Sum of the displacement thicknesses, in chords.
     pub displacement: S,
-    /// Mean root of the shear-stress coefficient, weighted with θ.
+    /// Mean of the roots of the shear-stress coefficients, weighted with the momentum thicknesses.
     pub stress: S,
 }
 
 impl<S: Scalar> Merged<S> {
+    /// Merges the last stations of the upper and the lower side.
     pub fn new(upper: &Derived<S>, lower: &Derived<S>) -> Self {
         let theta = upper.theta + lower.theta;
         Self {
@@ -199,7 +208,7 @@ impl<S: Scalar> Merged<S> {
         }
     }
 
-    /// Residuals of the first station of the wake.
+    /// Residuals of the first station of the wake: momentum thickness, displacement thickness and shear stress.
     pub(super) fn residual(&self, wake: &Derived<S>) -> [S; 3] {
         [
             wake.state.log_theta - self.theta.ln(),

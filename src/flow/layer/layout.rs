@@ -1,17 +1,18 @@
-//! Where the stations of the boundary layer stand: at fixed fractions of stagnation → transition → trailing edge.
+//! The places of the boundary-layer stations: fixed fractions of the way from stagnation to transition and from there
+//! to the trailing edge.
 
 use crate::flow::memory::Memo;
 use crate::scalar::Scalar;
 use std::sync::Arc;
 
-/// Numbers of stations and their fractions; fixed for a run.
+/// Numbers of stations and their fractions; fixed during a solution.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
-    /// Fractions of the way to transition; the last is 1.
+    /// Fractions of the way from the stagnation point to transition; the last is 1.
     pub laminar: Arc<Vec<f64>>,
     /// Fractions of the way from transition to the trailing edge; the last is 1.
     pub turbulent: Arc<Vec<f64>>,
-    /// Stations of the wake, which are its nodes.
+    /// Number of stations of the wake, which are the nodes of the wake.
     pub wake: usize,
 }
 
@@ -40,6 +41,7 @@ static LAMINAR: Memo<Vec<f64>> = Memo::new();
 static TURBULENT: Memo<Vec<f64>> = Memo::new();
 
 impl Layout {
+    /// A layout with numbers of laminar and turbulent stations per side, and of stations in the wake.
     pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
         // laminar stations are dense at both ends: laminar separation ahead of transition, and a side that is laminar up
         // to the edge, need stations as close as the panels. Turbulent ones crowd behind transition, where the shape
@@ -52,12 +54,12 @@ impl Layout {
         }
     }
 
-    /// Stations on one side.
+    /// Number of stations on one side.
     pub fn side(&self) -> usize {
         self.laminar.len() + self.turbulent.len()
     }
 
-    /// Stations on both sides and in the wake.
+    /// Number of stations on both sides and in the wake.
     pub fn stations(&self) -> usize {
         2 * self.side() + self.wake
     }

@@ -1,8 +1,8 @@
-//! A start of the Newton iteration by marching the boundary-layer equations downstream.
+//! A start of the Newton iteration, made by marching the boundary-layer equations downstream.
 //!
-//! Direct mode takes the inviscid speeds; where the layer would separate in them the shape parameter is prescribed
-//! instead and the speed follows (inverse mode; Drela & Giles 1987). The result satisfies all boundary-layer
-//! equations; only the speeds in separated regions disagree with the panels, and that is what Newton mends.
+//! Direct mode takes the inviscid speeds. Where the layer would separate in them the shape parameter is prescribed
+//! instead and the speed follows (inverse mode; Drela & Giles 1987). The result satisfies all boundary-layer equations.
+//! Only the speeds in separated regions disagree with the outer flow, and Newton's method removes that disagreement.
 
 use super::edge::EdgeLaw;
 use super::equations::{Interval, Layer, first};
@@ -14,39 +14,41 @@ use crate::differentiate::Tangent;
 use crate::flow::duals::{Dual2, Dual3};
 use nalgebra::{SMatrix, SVector};
 
-/// Hk above which the march prescribes Hk.
+/// Hk above which the march prescribes Hk in a laminar layer.
 const LAMINAR_LIMIT: f64 = 3.8;
+/// Hk above which the march prescribes Hk in a turbulent layer.
 const TURBULENT_LIMIT: f64 = 2.5;
+/// Hk above which the march prescribes Hk in the wake.
 const WAKE_LIMIT: f64 = 4.0;
-/// Fractions of a side between which the speed is extrapolated to the trailing edge.
+/// Fractions of a side from which the speed is extrapolated to the trailing edge.
 const EDGE: [f64; 2] = [0.88, 0.94];
-/// Newton iterations at one station.
+/// Largest number of Newton iterations at one station.
 const ITERATIONS: usize = 25;
-/// Residual and step from which one more step of Newton's method is enough.
+/// Residual and step below which one more step of Newton's method is enough.
 const CLOSE: f64 = 1e-4;
 
-/// The outer flow without a layer, which drives a march.
+/// The outer flow without a layer, which drives a march. Speeds are in units of the onset speed.
 pub(crate) struct OuterSpeeds<'a> {
     /// Arc length of the stagnation point from the first node, in chords.
     pub stagnation: f64,
-    /// The outer flow's unknown speed on a side, at a distance from the stagnation point.
+    /// The outer flow's unknown speed on a side, as a function of the distance from the stagnation point.
     pub surface: &'a dyn Fn(Side, f64) -> f64,
     /// The outer flow's unknown speed at the stations of the wake.
     pub wake: &'a [f64],
 }
 
-/// What is prescribed at a station.
+/// The quantity that is prescribed at a station: the speed (direct mode) or the shape parameter (inverse mode).
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mode {
     Speed,
     Shape,
 }
 
-/// The equations of one station as functions of what is free there: θ, then Hk or the speed, then the stress where it
-/// belongs to the equations.
+/// The equations of one station as functions of the free unknowns: θ, then Hk or the speed, then the shear stress where
+/// it belongs to the equations.
 type Equations<'a, const N: usize> = dyn Fn(&Derived<Tangent<N>>) -> [Tangent<N>; N] + 'a;
 
-/// A station with its free unknowns as variables.
+/// A state with the free unknowns as independent variables.
 fn variables<const N: usize>(state: &State<f64>, mode: Mode) -> State<Tangent<N>> {
     let mut result = state.map(Tangent::<N>::from_re);
     let free = match mode {
@@ -61,7 +63,7 @@ fn variables<const N: usize>(state: &State<f64>, mode: Mode) -> State<Tangent<N>
     result
 }
 
-/// Solves the equations of one station from `guess`; `None` where Newton's method does not get there.
+/// Solves the equations of one station from `guess`; `None` where Newton's method does not converge.
 fn solve_station<const N: usize>(
     law: &impl EdgeLaw<Number = f64>,
     regime: Regime,
@@ -97,14 +99,15 @@ fn solve_station<const N: usize>(
     None
 }
 
-/// Newton's step; `None` where the equations are singular.
+/// Newton's step for the free unknowns; `None` where the equations are singular.
 fn newton_step<const N: usize>(residuals: &[Tangent<N>; N]) -> Option<[f64; N]> {
     let jacobian = SMatrix::<f64, N, N>::from_fn(|i, j| residuals[i].eps[j]);
     let right = SVector::<f64, N>::from_fn(|i, _| -residuals[i].re);
     jacobian.try_inverse().map(|inverse| (inverse * right).data.0[0])
 }
 
-/// One station of the march: direct, or with prescribed Hk where that separates or fails.
+/// One station of the march: in direct mode, or with prescribed Hk where the layer separates or direct mode fails.
+/// `step` is the distance from the station before it.
 fn advance<const N: usize>(
     law: &impl EdgeLaw<Number = f64>,
     regime: Regime,
@@ -136,8 +139,8 @@ fn advance<const N: usize>(
 }
 
 impl OuterSpeeds<'_> {
-    /// Logarithm of the speed a march is driven by: the outer one, without its fall to the stagnation point at the
-    /// trailing edge, which the layer fills.
+    /// Logarithm of the speed that drives a march at a distance `x` from the stagnation point: the outer speed, without
+    /// the fall to the stagnation point at the trailing edge, which the layer fills.
     fn log_speed(&self, side: Side, x: f64, length: f64) -> f64 {
         let at = |x: f64| (self.surface)(side, x).max(0.5 * x.min(0.1)).ln();
         let [a, b] = [EDGE[0] * length, EDGE[1] * length];
@@ -149,17 +152,19 @@ impl OuterSpeeds<'_> {
     }
 }
 
-/// A side under way: where its stations stand, for a transition point.
+/// A side under way, with the distances `x` of the stations from the stagnation point for one transition point.
 struct MarchedSide<'a, 'b, L> {
     layer: &'a Layer<'a, L>,
     outer: &'a OuterSpeeds<'b>,
     side: Side,
+    /// Length of the side, in chords.
     length: f64,
+    /// Distances of the stations from the stagnation point, in chords.
     x: Vec<f64>,
 }
 
 impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
-    /// Start by marching.
+    /// Start of the Newton iteration, made by marching.
     pub fn march(&self, outer: &OuterSpeeds) -> Unknowns {
         let numbering = self.numbering();
         let mut unknowns = Unknowns::zeros(numbering.stations());
@@ -209,13 +214,14 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
 }
 
 impl<L: EdgeLaw<Number = f64>> MarchedSide<'_, '_, L> {
+    /// States of all stations of the side.
     fn states(&self) -> Vec<State> {
         let mut states = self.laminar(f64::INFINITY);
         self.turbulent(&mut states);
         states
     }
 
-    /// Laminar stations, up to the first whose amplification reaches `most`.
+    /// States of the laminar stations, up to the first whose amplification reaches `most`.
     fn laminar(&self, most: f64) -> Vec<State> {
         let (law, x) = (&self.layer.law, &self.x);
         let mut states: Vec<State> = Vec::with_capacity(x.len());
@@ -241,7 +247,7 @@ impl<L: EdgeLaw<Number = f64>> MarchedSide<'_, '_, L> {
         states
     }
 
-    /// The first station, where the layer is similar.
+    /// State of the first station, where the layer is similar.
     fn first(&self, log_speed: f64) -> State {
         let (law, x) = (&self.layer.law, self.x[0]);
         let guess = State {
@@ -257,7 +263,8 @@ impl<L: EdgeLaw<Number = f64>> MarchedSide<'_, '_, L> {
         solve_station(law, Regime::Laminar, guess, Mode::Speed, &equations).unwrap_or(guess)
     }
 
-    /// Where the amplification of the laminar layer becomes critical, `latest` at the latest.
+    /// Distance from the stagnation point at which the amplification of the laminar layer becomes critical, at most
+    /// `latest`.
     fn critical(&self, latest: f64) -> f64 {
         let critical = self.layer.n_critical;
         let states = self.laminar(critical);
@@ -269,7 +276,7 @@ impl<L: EdgeLaw<Number = f64>> MarchedSide<'_, '_, L> {
         self.x[j - 1] + (self.x[j] - self.x[j - 1]) * ((critical - a) / (b - a)).clamp(0.0, 1.0)
     }
 
-    /// Adds the turbulent stations.
+    /// Adds the states of the turbulent stations.
     fn turbulent(&self, states: &mut Vec<State>) {
         let (law, x) = (&self.layer.law, &self.x);
         let laminar = states.len();

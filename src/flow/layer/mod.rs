@@ -1,15 +1,15 @@
 //! The integral boundary layer on both sides of a section and in the wake.
 //!
-//! Stations stand at fixed fractions of stagnation point → transition → trailing edge, whose arc lengths are unknowns
-//! ([`layout`], [`unknowns`]). [`station`] holds the four unknowns of a station and what follows from them by the
-//! [`closure`]; [`interval`] the residuals between two stations; [`equations`] lists which stations they link;
-//! [`blocks`] gives the local Jacobians. [`march`] finds a start for given speeds, [`project`] puts a state
-//! back onto the equations, [`steps`] limits a step, [`transport`] moves states with their stations, and [`transition`] says where the layer turns
-//! turbulent.
+//! Stations stand at fixed fractions of the way from the stagnation point to transition and from there to the trailing
+//! edge; the arc lengths of the first two are unknowns ([`layout`], [`unknowns`]). [`station`] holds the four unknowns
+//! of a station and what follows from them by the [`closure`]. [`interval`] holds the residuals between two stations,
+//! and [`equations`] lists which stations they link. [`blocks`] gives the local Jacobians. [`march`] finds a start for
+//! given speeds, [`project`] puts a state back onto the equations, [`steps`] limits a step, [`transport`] moves states
+//! with their stations, and [`transition`] says where the layer turns turbulent.
 //!
-//! Depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate) and on no outer flow: of that it knows
-//! the speeds that drive a march ([`OuterSpeeds`]) and how a speed becomes the compressible state at the edge
-//! ([`EdgeLaw`]).
+//! This module depends on [`scalar`](crate::scalar) and [`differentiate`](crate::differentiate) and on no outer flow.
+//! It knows an outer flow only by the speeds that drive a march ([`OuterSpeeds`]) and by how a speed becomes the
+//! compressible state at the edge of the layer ([`EdgeLaw`]).
 
 pub(crate) mod blocks;
 pub(crate) mod closure;

@@ -1,8 +1,8 @@
 //! Puts a state back onto the boundary-layer equations.
 //!
 //! Newton's method is at its best where the boundary-layer equations hold and only the speeds and transition disagree
-//! with them. A march downstream restores that after a step. What is held at a station is the combination of speed and
-//! shape parameter whose least change leads back to the equations, a mixture of direct and inverse mode that stays
+//! with them. A march downstream restores that after a step. Each station keeps the combination of speed and shape
+//! parameter whose least change leads back to the equations. That is a mixture of direct and inverse mode, which stays
 //! regular through separation.
 
 use super::closure::shape;
@@ -14,14 +14,16 @@ use super::transport::Profiles;
 use super::unknowns::{Side, Unknowns};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
-/// Newton iterations at one station.
+/// Largest number of Newton iterations at one station.
 const ITERATIONS: usize = 20;
-/// Squared weight of ln u against ln(Hk − 1) in the distance that is made least.
+/// Squared weight of ln u against ln(Hk − 1) in the distance that is minimised.
 const SPEED_WEIGHT: f64 = 200.0;
 
+/// The equations of one station as functions of that station.
 type Equations<'a> = dyn Fn(&Derived<ByStation>) -> [ByStation; EQUATIONS] + 'a;
 
-/// Solution of the equations of one station; `None` where Newton's method does not get there.
+/// Solves the equations of one station from `guess` for the state nearest to `target`. The result is `None` where
+/// Newton's method does not converge.
 fn solve_station(
     law: &impl EdgeLaw<Number = f64>,
     regime: Regime,
@@ -63,8 +65,8 @@ fn solve_station(
     None
 }
 
-/// Coefficients of the condition that the state is the nearest one: the direction along the solutions of the equations
-/// in (ln(Hk − 1), ln u), weighted.
+/// Coefficients of ln(Hk − 1) and ln u in the condition that a state is the nearest one: the weighted direction along
+/// which the solutions of the equations run.
 fn distance_gradient(rows: &[State; EQUATIONS]) -> Option<[f64; 2]> {
     // solutions move along the null vector: fix ln(Hk − 1) to move by one
     let others = rows.map(|row| [row.log_theta, row.third, row.log_speed]);
@@ -78,14 +80,15 @@ fn distance_gradient(rows: &[State; EQUATIONS]) -> Option<[f64; 2]> {
     (norm.is_finite() && norm > 0.0).then_some([a / norm, b / norm])
 }
 
-/// A march under way.
+/// A march under way, with the unknowns it has changed so far.
 struct March<'a, 'b, L> {
     layer: &'a Layer<'b, L>,
     unknowns: Unknowns,
 }
 
 impl<L: EdgeLaw<Number = f64>> March<'_, '_, L> {
-    /// Solves station `k`; where that fails it keeps its speed and shape parameter.
+    /// Solves station `k`, from the present state or else from the state `before` it. Where both fail the station stays
+    /// as it is.
     fn advance(&mut self, k: usize, regime: Regime, before: Option<State>, equations: &Equations) {
         let here = self.unknowns.stations[k];
         let solve = |guess: State| solve_station(&self.layer.law, regime, guess, &here, equations);
@@ -136,7 +139,7 @@ impl<L: EdgeLaw<Number = f64>> March<'_, '_, L> {
 }
 
 impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
-    /// `unknowns` put back onto the equations of the layer, as far as that can be done station by station.
+    /// The unknowns put back onto the equations of the layer, as far as that can be done station by station.
     pub fn project(&self, unknowns: &Unknowns) -> Unknowns {
         let laminar = self.layout.laminar.len();
         let mut march = March { layer: self, unknowns: unknowns.clone() };
@@ -157,7 +160,8 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         march.unknowns
     }
 
-    /// Where the amplification of a side becomes critical ahead of its transition point.
+    /// Distance from the stagnation point at which the amplification of a side becomes critical, where that is ahead of
+    /// the transition point; `x` are the distances of the stations.
     fn critical(&self, side: Side, unknowns: &Unknowns, x: &[f64]) -> Option<f64> {
         let numbering = self.numbering();
         let n = |j: usize| unknowns.stations[numbering.station(side, j)].amplification();

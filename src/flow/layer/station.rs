@@ -1,4 +1,4 @@
-//! One station of the layer: unknowns and everything that follows from them alone.
+//! One station of the layer: the unknowns and everything that follows from them alone.
 
 use super::closure::turbulent::{self, Kind};
 use super::closure::{laminar, shape};
@@ -8,26 +8,26 @@ use crate::scalar::Scalar;
 
 /// Number of unknowns of a station.
 pub(crate) const UNKNOWNS: usize = 4;
-/// Derivatives with respect to the unknowns of one station.
+/// A number with derivatives with respect to the unknowns of one station.
 pub(crate) type ByStation = Tangent<UNKNOWNS>;
 
-/// One number for every unknown of a station: the unknowns themselves, a change of them, or the derivatives of something
+/// One number per unknown of a station: the unknowns themselves, a change of them, or the derivatives of a quantity
 /// with respect to them. Logarithms keep every thickness, stress and speed positive and Hk above 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct State<S = f64> {
-    /// ln θ, θ in chords.
+    /// Logarithm of the momentum thickness θ in chords.
     pub log_theta: S,
-    /// ln(Hk − 1).
+    /// Logarithm of Hk − 1, with the kinematic shape parameter Hk.
     pub log_shape: S,
-    /// What the third equation is about: see [`amplification`](Self::amplification) and
-    /// [`log_stress`](Self::log_stress).
+    /// The unknown of the third equation: the [amplification factor](Self::amplification) of a laminar station, the
+    /// [logarithm of the stress](Self::log_stress) of a turbulent station and of the wake.
     pub third: S,
-    /// ln of the outer flow's unknown speed (see [`EdgeLaw`]) in units of the onset speed.
+    /// Logarithm of the outer flow's unknown speed (see [`EdgeLaw`]) in units of the onset speed.
     pub log_speed: S,
 }
 
 impl<S: Copy> State<S> {
-    /// One number per unknown, from the position of the unknown.
+    /// One number per unknown, as a function of the position of the unknown.
     #[inline(always)]
     pub fn from_fn(mut f: impl FnMut(usize) -> S) -> Self {
         Self { log_theta: f(0), log_shape: f(1), third: f(2), log_speed: f(3) }
@@ -56,21 +56,25 @@ impl<S: Copy> State<S> {
         self.third
     }
 
-    /// The third unknown of a turbulent station and of the wake: ln of the root of the shear-stress coefficient.
+    /// The third unknown of a turbulent station and of the wake: the logarithm of the root of the shear-stress
+    /// coefficient Cτ.
     pub fn log_stress(&self) -> S {
         self.third
     }
 }
 
 impl<S: Scalar> State<S> {
+    /// Momentum thickness θ, in chords.
     pub fn theta(&self) -> S {
         self.log_theta.exp()
     }
 
+    /// Kinematic shape parameter Hk.
     pub fn kinematic_shape(&self) -> S {
         self.log_shape.exp() + 1.0
     }
 
+    /// The outer flow's unknown speed, in units of the onset speed.
     pub fn speed(&self) -> S {
         self.log_speed.exp()
     }
@@ -83,12 +87,12 @@ impl State {
         State::from_fn(|i| Tangent::from_re(numbers[i]).derivative(first + i))
     }
 
-    /// The derivatives of a dual number with respect to the unknowns, which are in its directions from `first` on.
+    /// The derivatives of a dual number with respect to the unknowns, which stand in the directions from `first` on.
     pub fn derivatives<const N: usize>(of: &Tangent<N>, first: usize) -> Self {
         Self::from_fn(|i| of.eps[first + i])
     }
 
-    /// The derivatives of a dual number that carries these alone.
+    /// The derivatives of a dual number that carries those with respect to the unknowns alone.
     pub fn gradient(of: &ByStation) -> Self {
         Self::derivatives(of, 0)
     }
@@ -120,31 +124,43 @@ pub(crate) enum Regime {
     Wake,
 }
 
-/// What the interval equations need of a station.
+/// All quantities of a station that the interval equations need. Lengths are in chords, speeds in units of the onset
+/// speed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Derived<S> {
+    /// Unknowns of the station.
     pub state: State<S>,
     /// The outer flow's unknown speed.
     pub speed: S,
+    /// Momentum thickness θ.
     pub theta: S,
+    /// Kinematic shape parameter Hk.
     pub hk: S,
-    /// H = δ*/θ, without the gap of the wake.
+    /// Shape parameter H = δ*/θ, without the gap of the wake.
     pub shape: S,
+    /// Displacement thickness δ*, without the gap of the wake.
     pub displacement: S,
-    /// ln of the compressible edge speed.
+    /// Logarithm of the compressible speed at the edge.
     pub log_speed: S,
+    /// Square of the Mach number at the edge.
     pub mach2: S,
+    /// Reynolds number of the momentum thickness, with density, speed and viscosity at the edge.
     pub re_theta: S,
+    /// Kinetic-energy shape parameter H*.
     pub energy_shape: S,
+    /// Density shape parameter H**.
     pub density_shape: S,
+    /// Skin-friction coefficient on the dynamic pressure at the edge; zero in the wake.
     pub friction: S,
-    /// 2 CD / H*.
+    /// Dissipation 2 CD / H*, with the dissipation coefficient CD.
     pub dissipation: S,
+    /// Equivalent slip speed Us over the speed at the edge; zero where laminar.
     pub slip: S,
-    /// Root of the shear-stress coefficient.
+    /// Root of the shear-stress coefficient Cτ; zero where laminar.
     pub stress: S,
-    /// Root of the shear-stress coefficient in equilibrium.
+    /// Root of the shear-stress coefficient of an equilibrium layer; zero where laminar.
     pub equilibrium_stress: S,
+    /// Thickness δ of the layer; zero where laminar.
     pub thickness: S,
 }
 
@@ -232,8 +248,8 @@ impl<S: Scalar> Derived<S> {
     }
 }
 
-/// The turbulent state just behind transition, from the last laminar one: θ, Hk and the speed go on, the shear
-/// stress starts at a fraction of its equilibrium (XFOIL 6.99).
+/// The turbulent state just behind transition, from the last laminar one: θ, Hk and the speed stay, the shear stress
+/// starts at a fraction of the equilibrium value (XFOIL 6.99).
 pub(crate) fn transition_state<S: Scalar>(laminar: State<S>, law: &impl EdgeLaw<Number = S>) -> State<S> {
     let mut state = laminar;
     // any stress will do: the equilibrium does not depend on it

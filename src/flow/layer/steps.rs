@@ -1,4 +1,4 @@
-//! Steps of all unknowns: how long one may be, and where it leads.
+//! Steps of all unknowns: how long a step may be, and where it leads.
 
 use super::edge::EdgeLaw;
 use super::equations::Layer;
@@ -7,17 +7,23 @@ use super::transition::kept_inside;
 use super::transport::Profiles;
 use super::unknowns::{Change, Numbering, Side, Unknowns};
 
-/// Largest logarithm of Hk - 1: far beyond any layer, and short of an overflow.
+/// Largest logarithm of Hk − 1: far beyond any layer, and short of an overflow.
 const LARGEST_LOG_SHAPE: f64 = 8.0;
 
-/// Changes by which the unknowns are measured, and how many of these a step may take at most: a longer one is tried before
-/// it is taken, so that this need only keep it within what the closure is made for.
+/// Number of usual changes that a step may take at most. A longer step is tried before it is taken, so that this limit
+/// need only keep it within the range of the closure.
 const FREEDOM: f64 = 3.0;
+/// Usual change of ln θ in one step.
 const LOG_THETA: f64 = 0.4;
+/// Usual change of ln(Hk − 1) in one step.
 const LOG_SHAPE: f64 = 0.4;
+/// Usual change of the amplification factor in one step.
 const AMPLIFICATION: f64 = 6.0;
+/// Usual change of the logarithm of the root of the shear-stress coefficient in one step.
 const LOG_STRESS: f64 = 1.0;
+/// Usual change of the logarithm of the speed in one step.
 const LOG_SPEED: f64 = 0.25;
+/// Usual change of the arc length of the stagnation point in one step, in chords.
 const STAGNATION: f64 = 0.02;
 
 /// Usual change of the unknowns of a station in one step.
@@ -26,7 +32,8 @@ fn usual(regime: Regime) -> State {
     State { log_theta: LOG_THETA, log_shape: LOG_SHAPE, third, log_speed: LOG_SPEED }
 }
 
-/// Scalar product of the changes of the states, every unknown measured by its usual change, over their number.
+/// Scalar product of two changes of the states, every unknown in units of the usual change, divided by the number of
+/// unknowns.
 fn states_dot(numbering: &Numbering, a: &Change, b: &Change) -> f64 {
     let station = |(k, (a, b)): (usize, (&State, &State))| {
         let usual = usual(numbering.regime(k));
@@ -42,7 +49,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         Profiles::new(self.layout, unknowns, self.total)
     }
 
-    /// The largest factor, at most one, of a change that keeps every unknown within the limits of one step.
+    /// The largest factor, at most one, on a change that keeps every unknown within the limits of one step.
     pub fn admissible_factor(&self, profiles: &Profiles, unknowns: &Unknowns, change: &Change) -> f64 {
         let numbering = self.numbering();
         let mut factor: f64 = 1.0;
@@ -80,7 +87,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         room.min(0.1 * length)
     }
 
-    /// The unknowns after `factor` times a change, the states moving along with their stations.
+    /// The unknowns after `factor` times a change, where the states move along with their stations.
     pub fn moved(&self, unknowns: &Unknowns, change: &Change, factor: f64) -> Unknowns {
         let mut next = unknowns.clone();
         next.add(change, factor);
@@ -96,19 +103,19 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         next
     }
 
-    /// The unknowns after a step that has [moved](Self::moved) them, the layer staying where it is when the stations move:
-    /// `profiles` are those before the step.
+    /// Corrects unknowns after a step that has [moved](Self::moved) them, so that the layer stays where it is when the
+    /// stations move. `profiles` are the states before the step.
     pub fn staying(&self, profiles: &Profiles, mut moved: Unknowns) -> Unknowns {
         profiles.carry(&mut moved);
         moved
     }
 
-    /// The unknowns after `factor` times a change, the layer staying where it is when the stations move.
+    /// The unknowns after `factor` times a change, where the layer stays where it is when the stations move.
     pub fn carried(&self, unknowns: &Unknowns, change: &Change, factor: f64) -> Unknowns {
         self.staying(&self.profiles(unknowns), self.moved(unknowns, change, factor))
     }
 
-    /// Length of a change, every unknown measured by a usual change of one step.
+    /// Length of a change, every unknown in units of the usual change of one step.
     pub fn size(&self, unknowns: &Unknowns, change: &Change) -> f64 {
         let mut globals = (change.stagnation / STAGNATION).powi(2);
         for side in Side::BOTH {
@@ -118,9 +125,10 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
     }
 }
 
-/// A scalar product of changes, every unknown measured by a usual change of one step.
+/// A scalar product of changes, every unknown in units of the usual change of one step.
 pub(crate) struct Metric {
     numbering: Numbering,
+    /// Usual changes of the transition points of the upper and lower side, in chords.
     transition: [f64; 2],
 }
 

@@ -1,24 +1,29 @@
-//! States as functions of the place: what they become when the stations move.
+//! States as functions of the place, for the moves of the stations.
 //!
-//! The stations stand at fixed fractions between stagnation point, transition and trailing edge, so a step of those moves
-//! all stations. Newton's step carries the states along to first order; here is the rest, so that a long step of
-//! transition moves the stations through the layer in place of moving the layer.
+//! The stations stand at fixed fractions between stagnation point, transition and trailing edge, so that a step of
+//! those moves all stations. Newton's step carries the states along to first order. This module adds the rest, so that
+//! a long step of transition moves the stations through the layer in place of moving the layer.
 
 use super::layout::Layout;
 use super::station::State;
 use super::unknowns::{Numbering, Side, Unknowns};
 
-/// The states of both sides over the logarithm of the distance from the stagnation point: cubic Hermite pieces, one
-/// function for the laminar layer and one for the turbulent one.
+/// The states of both sides as functions of the logarithm of the distance from the stagnation point: cubic Hermite
+/// pieces, one function for the laminar layer and one for the turbulent one.
 #[derive(Debug, Clone)]
 pub(crate) struct Profiles {
     numbering: Numbering,
+    /// Arc lengths from the stagnation point to transition on the upper and lower side, in chords.
     transition: [f64; 2],
+    /// Logarithms of the distances of the stations from the stagnation point, per side.
     log_x: [Vec<f64>; 2],
+    /// States of the stations of both sides.
     values: Vec<State>,
+    /// Derivatives of the states with respect to the logarithm of the distance.
     slopes: Vec<State>,
 }
 
+/// Logarithms of the distances of the stations from the stagnation point, per side.
 fn logs(layout: &Layout, unknowns: &Unknowns, total: f64) -> [Vec<f64>; 2] {
     Side::BOTH.map(|side| unknowns.abscissas(layout, side, total).into_iter().map(f64::ln).collect())
 }
@@ -50,13 +55,14 @@ impl Profiles {
         Self { numbering, transition: unknowns.transition, log_x, values, slopes }
     }
 
-    /// The change of the state at a fixed place that a step of all unknowns makes, to first order.
+    /// The change of the state at a fixed place, to first order, when the state of station `k` takes a change and the
+    /// station moves by `log_step` in the logarithm of the distance.
     pub fn material(&self, k: usize, change: &State, log_step: f64) -> State {
         change.step(&self.slopes[k], -log_step)
     }
 
-    /// The state found at a distance from the stagnation point, given by its logarithm, in the laminar or the
-    /// turbulent layer; straight on beyond their ends, but not far.
+    /// The state at a distance from the stagnation point, given by the logarithm, in the laminar or the turbulent
+    /// layer. Beyond the ends of a layer the state goes on in a straight line, but not far.
     fn find(&self, side: Side, laminar: bool, log_x: f64) -> State {
         let n = &self.numbering;
         let range = if laminar { 0..n.laminar } else { n.laminar..n.side };
@@ -79,21 +85,23 @@ impl Profiles {
         values.step(&self.slopes[ka].zip(&self.slopes[kb], |a, b| a * s - b * t), h * t * s)
     }
 
-    /// How far the laminar stations of a side move to those of `next`, in the logarithm of the distance from the stagnation
-    /// point: one number, as they stand at fixed shares of the way to transition.
+    /// Distance that the laminar stations of a side move on the way to those of `next`, in the logarithm of the
+    /// distance from the stagnation point. It is one number, because they stand at fixed fractions of the way to
+    /// transition.
     fn shift(&self, side: Side, next: &Unknowns) -> f64 {
         (next.transition[side.index()] / self.transition[side.index()]).ln()
     }
 
-    /// The laminar states of a side found where its stations stand after a shift, with their numbers.
+    /// The laminar states of a side at the places where the stations stand after a shift, with the numbers of the
+    /// stations.
     fn found(&self, side: Side, shift: f64) -> impl Iterator<Item = (usize, State)> + '_ {
         let log_x = self.log_x[side.index()][..self.numbering.laminar].iter();
         let found = move |(j, x): (usize, &f64)| (self.numbering.station(side, j), self.find(side, true, x + shift));
         log_x.enumerate().map(found)
     }
 
-    /// Puts the stations of `next`, whose transition points have moved, back into the layer: the laminar one stays where it
-    /// is, the turbulent one moves with transition.
+    /// Puts the stations of `next`, whose transition points have moved, back into the layer. The laminar layer stays
+    /// where it is, the turbulent one moves with transition.
     pub fn place(&self, next: &mut Unknowns) {
         for side in Side::BOTH {
             for (k, state) in self.found(side, self.shift(side, next)) {
@@ -102,7 +110,8 @@ impl Profiles {
         }
     }
 
-    /// Adds to `next`, whose states have made their Newton step, what the move of the stations adds beyond first order.
+    /// Adds to `next`, whose states have made their Newton step, the part of the moves of the stations beyond first
+    /// order.
     pub fn carry(&self, next: &mut Unknowns) {
         for side in Side::BOTH {
             let shift = self.shift(side, next);
@@ -115,7 +124,7 @@ impl Profiles {
     }
 }
 
-/// A layer on the stations of another layout.
+/// The unknowns of a layer on the stations of another layout.
 pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f64) -> Unknowns {
     let new = Numbering::new(to);
     let profiles = Profiles::new(from, unknowns, total);

@@ -5,16 +5,19 @@ use super::station::{Regime, State};
 use crate::differentiate::Tangent;
 use crate::scalar::Scalar;
 
-/// Directions of the global derivatives: arc length of the stagnation point from the first node, arc lengths from there
-/// to transition on the upper and on the lower side, total arc length of the surface. The last is constant in a solution
-/// and an input of its derivatives.
+/// Number of global directions of derivatives: the arc length of the stagnation point from the first node, the arc
+/// lengths from there to transition on the upper and on the lower side, and the total arc length of the surface. The
+/// last is constant during a solution and an input of the derivatives of a solution.
 pub(crate) const GLOBALS: usize = 4;
-/// Derivatives in the global directions.
+/// A number with derivatives in the global directions.
 pub(crate) type ByGlobal = Tangent<GLOBALS>;
+/// Global direction of the arc length of the stagnation point.
 pub(crate) const STAGNATION: usize = 0;
+/// Global directions of the arc lengths to transition on the upper and on the lower side.
 pub(crate) const TRANSITION: [usize; 2] = [1, 2];
+/// Global direction of the total arc length.
 pub(crate) const TOTAL: usize = 3;
-/// Global directions that are unknowns of the system.
+/// Number of global directions that are unknowns of the system; they come first.
 pub(crate) const GLOBAL_UNKNOWNS: usize = 3;
 
 /// One of the two sides of the section.
@@ -27,11 +30,12 @@ pub(crate) enum Side {
 impl Side {
     pub const BOTH: [Self; 2] = [Self::Upper, Self::Lower];
 
+    /// Position of the side in arrays: 0 for the upper side, 1 for the lower side.
     pub fn index(self) -> usize {
         self as usize
     }
 
-    /// Sign of the vortex strength, and of the signed mass defect, on this side.
+    /// Sign of the vortex strength and of the signed mass defect on this side.
     pub fn sign(self) -> f64 {
         match self {
             Self::Upper => 1.0,
@@ -39,7 +43,7 @@ impl Side {
         }
     }
 
-    /// Length of this side from the stagnation point, whose arc length is given, to the trailing edge.
+    /// Length of this side from the stagnation point, given by the arc length there, to the trailing edge.
     pub fn length<S: Scalar>(self, stagnation: S, total: S) -> S {
         match self {
             Self::Upper => stagnation,
@@ -55,7 +59,7 @@ impl Side {
         }
     }
 
-    /// Arc length of the place at a distance from the stagnation point.
+    /// Arc length from the first node of the place at a distance from the stagnation point on this side.
     pub fn place<S: Scalar>(self, stagnation: S, distance: S) -> S {
         match self {
             Self::Upper => stagnation - distance,
@@ -64,14 +68,16 @@ impl Side {
     }
 }
 
-/// All unknowns: stations of the upper side (from the stagnation point on), of the lower side, of the wake; the arc
-/// length of the stagnation point; the arc lengths from there to transition.
+/// All unknowns of the coupled system.
 ///
 /// Stations stand at fixed fractions, so that a solution is a start for any neighbouring section and condition.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Unknowns {
+    /// States of the stations: the upper side from the stagnation point on, then the lower side, then the wake.
     pub stations: Vec<State>,
+    /// Arc length of the stagnation point from the first node, in chords.
     pub stagnation: f64,
+    /// Arc lengths from the stagnation point to transition on the upper and on the lower side, in chords.
     pub transition: [f64; 2],
 }
 
@@ -79,12 +85,13 @@ pub(crate) struct Unknowns {
 pub(crate) type Change = Unknowns;
 
 impl Unknowns {
-    /// From the states and the numbers in the global directions.
+    /// Unknowns from the states of the stations and the numbers in the global directions.
     pub fn new(stations: Vec<State>, globals: [f64; GLOBAL_UNKNOWNS]) -> Self {
         let [stagnation, upper, lower] = globals;
         Self { stations, stagnation, transition: [upper, lower] }
     }
 
+    /// Zeros for a number of stations, to collect a change or derivatives in.
     pub fn zeros(stations: usize) -> Self {
         Self::new(vec![State::zeros(); stations], [0.0; GLOBAL_UNKNOWNS])
     }
@@ -94,7 +101,7 @@ impl Unknowns {
         [self.stagnation, self.transition[0], self.transition[1]]
     }
 
-    /// Length of a side for the total arc length of the surface.
+    /// Length of a side, from the total arc length of the surface.
     pub fn side_length(&self, side: Side, total: f64) -> f64 {
         side.length(self.stagnation, total)
     }
@@ -115,7 +122,7 @@ impl Unknowns {
         }
     }
 
-    /// Multiplies by a factor.
+    /// Multiplies all numbers by a factor.
     pub fn stretch(&mut self, factor: f64) {
         for state in &mut self.stations {
             *state = state.map(|v| v * factor);
@@ -124,7 +131,7 @@ impl Unknowns {
         self.transition = self.transition.map(|v| v * factor);
     }
 
-    /// Scalar product of the numbers as they are.
+    /// Scalar product of all numbers, without weights.
     pub fn dot(&self, other: &Self) -> f64 {
         let stations: f64 = self.stations.iter().zip(&other.stations).map(|(a, b)| a.dot(b)).sum();
         self.globals().iter().zip(other.globals()).fold(stations, |sum, (a, b)| sum + a * b)
@@ -135,11 +142,15 @@ impl Unknowns {
     }
 }
 
-/// Numbering of stations and of the points along the surface (upper edge → stagnation → lower edge).
+/// Numbering of the stations, and of the points along the surface from the upper edge over the stagnation point to the
+/// lower edge.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Numbering {
+    /// Number of stations on one side.
     pub side: usize,
+    /// Number of laminar stations on one side.
     pub laminar: usize,
+    /// Number of stations in the wake.
     pub wake: usize,
 }
 
@@ -158,27 +169,27 @@ impl Numbering {
         2 * self.side + 1
     }
 
-    /// Station `j` of a side.
+    /// Number of the station that is the `j`-th of a side, from the stagnation point on.
     pub fn station(&self, side: Side, j: usize) -> usize {
         side.index() * self.side + j
     }
 
-    /// Last laminar station of a side.
+    /// Number of the last laminar station of a side.
     pub fn last_laminar(&self, side: Side) -> usize {
         self.station(side, self.laminar - 1)
     }
 
-    /// Last stations of both sides.
+    /// Numbers of the last stations of both sides.
     pub fn ends(&self) -> [usize; 2] {
         Side::BOTH.map(|side| self.station(side, self.side - 1))
     }
 
-    /// First station of the wake.
+    /// Number of the first station of the wake.
     pub fn wake_start(&self) -> usize {
         2 * self.side
     }
 
-    /// Point of station `j` of a side; the stagnation point is point `side`.
+    /// Number of the point of station `j` of a side. The stagnation point has the number `side`.
     pub fn point(&self, side: Side, j: usize) -> usize {
         match side {
             Side::Upper => self.side - 1 - j,
@@ -186,7 +197,7 @@ impl Numbering {
         }
     }
 
-    /// Side and number on that side of a station; `None` in the wake.
+    /// Side of a station and the position on that side; `None` in the wake.
     pub fn on_side(&self, station: usize) -> Option<(Side, usize)> {
         if station < self.side {
             Some((Side::Upper, station))
@@ -197,6 +208,7 @@ impl Numbering {
         }
     }
 
+    /// Kind of flow at a station.
     pub fn regime(&self, station: usize) -> Regime {
         match self.on_side(station) {
             None => Regime::Wake,

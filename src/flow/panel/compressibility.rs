@@ -1,4 +1,4 @@
-//! Compressibility of the panel flow by Kármán and Tsien, and forces from the surface pressure.
+//! Compressibility of the panel flow by the formula of Kármán and Tsien, and forces from the surface pressure.
 
 use crate::flow::layer::{Edge, EdgeLaw, FreeStream};
 use crate::scalar::Scalar;
@@ -6,11 +6,14 @@ use crate::scalar::Scalar;
 /// Kármán-Tsien compressibility corrections at one free-stream Mach number (Drela, XFOIL, 1989, section 2).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct KarmanTsien<S> {
+    /// Prandtl-Glauert factor β = √(1 − M²), with the Mach number M of the onset flow.
     beta: S,
+    /// Constant λ = M²/(1 + β)² of the correction of the speed.
     lambda: S,
 }
 
 impl<S: Scalar> KarmanTsien<S> {
+    /// The corrections at a Mach number of the onset flow, below 1.
     pub fn new(mach: S) -> Self {
         let beta = (-(mach * mach) + 1.0).sqrt();
         let lambda = (mach / (beta + 1.0)).powi(2);
@@ -22,7 +25,7 @@ impl<S: Scalar> KarmanTsien<S> {
         KarmanTsien { beta: f(self.beta), lambda: f(self.lambda) }
     }
 
-    /// Pressure coefficient from the incompressible speed.
+    /// Pressure coefficient from the incompressible speed in units of the onset speed.
     pub fn pressure(&self, speed: S) -> S {
         let cp = -(speed * speed) + 1.0;
         cp / (self.beta + self.lambda * (self.beta + 1.0) * cp * 0.5)
@@ -34,7 +37,7 @@ impl<S: Scalar> KarmanTsien<S> {
     }
 }
 
-/// The boundary layer's edge state from the incompressible speed of the panels.
+/// The law by which the incompressible speed of the panels becomes the state at the edge of the boundary layer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PanelEdge<S> {
     stream: FreeStream<S>,
@@ -42,7 +45,7 @@ pub(crate) struct PanelEdge<S> {
 }
 
 impl<S: Scalar> PanelEdge<S> {
-    /// From the Mach number and the Reynolds number of the chord.
+    /// The law for a Mach number and a Reynolds number of the chord.
     pub fn new(mach: S, reynolds: S) -> Self {
         Self { stream: FreeStream::new(mach, reynolds), correction: KarmanTsien::new(mach) }
     }
@@ -61,9 +64,9 @@ impl<S: Scalar> EdgeLaw for PanelEdge<S> {
     }
 }
 
-/// Lift and moment coefficients of one panel with linear pressure: `cp` at the two ends.
+/// Lift and moment coefficients of one panel with linear pressure. `cp` are the pressure coefficients at the two ends.
 ///
-/// Moment about a quarter of the chord, nose-up positive; `wind` is the cosine and sine of the angle of attack.
+/// The moment is about a quarter of the chord, nose-up positive. `wind` is the cosine and sine of the angle of attack.
 pub(crate) fn panel_loads<S: Scalar>(panel: [[S; 2]; 2], cp: [S; 2], wind: [S; 2]) -> [S; 2] {
     let [a, b] = panel;
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);

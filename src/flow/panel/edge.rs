@@ -1,14 +1,14 @@
 //! The equation of the trailing edge: no flow out of the section through a cut just ahead of the edge.
 //!
-//! The first and the last node of a sharp edge are one point and give one stream-function equation; those of a thin
-//! blunt edge give two almost equal ones, whose difference, the flow through the gap, is lost to round-off as the gap
-//! closes. That difference over the gap is the mean velocity across it. It is taken here by quadrature over the gap
-//! moved a little upstream along the bisector: the same equation, well scaled, for every gap, which for a sharp edge is
+//! The first and the last node of a sharp edge are one point and give one stream-function equation. Those of a thin
+//! blunt edge give two almost equal equations, whose difference, the flow through the gap, is lost to round-off as the
+//! gap closes. The difference over the gap is the mean velocity across it. It is taken here by quadrature over the gap
+//! moved a little upstream along the bisector. That equation is well scaled for every gap. For a sharp edge it says
 //! that the air at a point between the two sides is at rest (Drela, XFOIL, 1989, section 2, there for sharp edges).
 //!
-//! An extrapolation of the strength to the edge will not do in its place. It makes no statement about the sources,
-//! and the boundary layers then see an edge that answers the wrong way: the coupled equations become singular for
-//! certain ratios of gap and panel length.
+//! An extrapolation of the strength to the edge cannot take its place. It makes no statement about the sources, so that
+//! the boundary layers see an edge that answers the wrong way: the coupled equations become singular for certain ratios
+//! of gap and panel length.
 
 use super::kernel::{Place, velocity_influence};
 use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
@@ -17,13 +17,14 @@ use crate::plane::distance;
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 
-/// Distance of the cut from the edge in lengths of the last panels (their harmonic mean, so that it stays inside).
+/// Distance of the cut from the edge, in lengths of the last panels (their harmonic mean, so that the cut stays
+/// inside).
 ///
 /// Lift changes by 0.3 % between 0.02 and 0.5, inviscid lift by 1e-5. Beyond about one length the strength at the edge
 /// itself is no longer determined.
 const DEPTH: f64 = 0.25;
-/// Nodes, over the half gap, and weights: the three-point Gauss rule on each half, since the velocity peaks in line with
-/// the wake as well as at the corners.
+/// Nodes, over the half gap, and weights of the three-point Gauss rule on each half of the gap. The halves are separate
+/// because the velocity peaks in line with the wake as well as at the corners.
 const GAUSS: [[f64; 2]; 6] = [
     [-0.887_298_334_620_741_7, 5.0 / 36.0],
     [-0.5, 8.0 / 36.0],
@@ -36,14 +37,14 @@ const GAUSS: [[f64; 2]; 6] = [
 /// Points across the section just ahead of its edge, and the direction through the cut.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cut<S> {
-    /// Points and their weights in the mean.
+    /// Points with their weights in the mean.
     pub points: [([S; 2], f64); 6],
     /// Unit vector along the bisector, downstream.
     pub direction: [S; 2],
 }
 
 impl<S: Scalar> Cut<S> {
-    /// From the first two nodes and the last two (in the order of the section).
+    /// The cut from the first two nodes and the last two, in the order of the section.
     pub fn new(first: [[S; 2]; 2], last: [[S; 2]; 2]) -> Self {
         let frame = TrailingEdgeFrame::new(first, last);
         let length = |[a, b]: [[S; 2]; 2]| ((b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)).sqrt();
@@ -61,12 +62,13 @@ impl<S: Scalar> Cut<S> {
 }
 
 impl Cut<f64> {
-    /// Distances and directions from vertices of panels to the points of the cut.
+    /// Distances and directions from the vertices of panels to the points of the cut.
     fn polar(&self, vertices: &[[f64; 2]]) -> Polar {
         Polar::new(&self.points.map(|p| p.0), vertices)
     }
 
-    /// Mean velocity through the cut per vortex and per source strength at the two ends of panel `j`.
+    /// Mean velocity through the cut per vortex strength (first row) and per source strength (second row) at the two
+    /// ends of panel `j`.
     fn through_of_panel(&self, polar: &Polar, j: usize, panel: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         let panel = Straight::new(panel);
         let mut sums = [[0.0; 2]; 2];
@@ -82,13 +84,14 @@ impl Cut<f64> {
     }
 }
 
-/// The equation of one section: mean velocity through the cut.
+/// The equation of the edge of one section: the mean velocity through the cut, as a linear function of the strengths.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeEquation {
+    /// Points of the cut and the direction through it.
     pub cut: Cut<f64>,
-    /// Per strength at the nodes.
+    /// Mean velocity per vortex strength at each node.
     pub by_strength: Vec<f64>,
-    /// Per constant source strength of the panels.
+    /// Mean velocity per constant source strength of each panel.
     pub by_source: Vec<f64>,
     /// Distances and directions from the nodes to the points of the cut.
     pub polar: Polar,
@@ -116,8 +119,8 @@ impl EdgeEquation {
         Self { cut, by_strength, by_source, polar }
     }
 
-    /// Mean velocity through the cut per strength at the ends of linear source panels through `points`, and how the
-    /// cut sees these.
+    /// Mean velocity through the cut per strength at the ends of the linear source panels through `points`, with the
+    /// distances and directions from these points to the cut.
     pub fn by_wake(&self, points: &[[f64; 2]]) -> (Vec<f64>, Polar) {
         let polar = self.cut.polar(points);
         let mut result = vec![0.0; points.len()];
@@ -129,7 +132,7 @@ impl EdgeEquation {
         (result, polar)
     }
 
-    /// Puts the equation in row `row` of the panel equations.
+    /// Writes the equation to row `row` of the panel equations.
     pub fn write(&self, matrix: &mut DMatrix<f64>, row: usize) {
         matrix.row_mut(row).fill(0.0);
         for (j, value) in self.by_strength.iter().enumerate() {
@@ -138,7 +141,7 @@ impl EdgeEquation {
     }
 }
 
-/// Velocity of the closing panel of a blunt edge at `point`, per unit speed at the trailing edge.
+/// Velocity of the closing panel of a blunt edge at `point`, per unit edge speed at the trailing edge.
 pub(crate) fn closing_velocity(outline: &Outline, point: [f64; 2]) -> [f64; 2] {
     let (nodes, n) = (&outline.nodes, outline.len());
     let frame = TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);

@@ -1,4 +1,4 @@
-//! The inviscid problem: linear vortices that make the inside of the section a streamline.
+//! The inviscid problem: linear vortex panels that make the inside of the section a streamline.
 
 use super::edge::EdgeEquation;
 use super::kernel::stream_influence;
@@ -9,16 +9,19 @@ use crate::flow::linear::Factors;
 use crate::plane::distance;
 use nalgebra::DMatrix;
 
-/// Factorised panel equations of one section: vortex strengths at the nodes for any onset flow.
+/// Factorised panel equations of one section, which give the vortex strengths at the nodes for any onset flow.
 ///
-/// Unknowns are the clockwise strengths at the N nodes and the stream function inside; equations are the stream
-/// function at the nodes and the Kutta condition (Drela, XFOIL, 1989, section 2). The two nodes at the trailing edge share
-/// one equation, row 0, the mean of theirs; row N − 1 is the [equation of the edge](super::edge).
+/// The unknowns are the clockwise strengths at the N nodes and the stream function inside. The equations are the stream
+/// function at the nodes and the Kutta condition (Drela, XFOIL, 1989, section 2). The two nodes at the trailing edge
+/// share row 0, the mean of their equations; row N − 1 is the [equation of the edge](super::edge).
 #[derive(Debug, Clone)]
 pub(crate) struct PanelSystem {
+    /// Nodes through which the panels are laid.
     pub outline: Outline,
+    /// Factors of the matrix of the panel equations, of order N + 1.
     pub factors: Factors,
-    /// Strengths at zero angle of attack and at 90 degrees.
+    /// Solutions at an angle of attack of zero (first column) and of 90 degrees (second column): the strengths at the
+    /// nodes and, in the last row, the stream function inside.
     pub unit: DMatrix<f64>,
     /// Stream function at the nodes per constant source strength of each panel, N × (N − 1).
     pub source: DMatrix<f64>,
@@ -29,6 +32,10 @@ pub(crate) struct PanelSystem {
 }
 
 impl PanelSystem {
+    /// Sets up and factorises the panel equations.
+    ///
+    /// # Errors
+    /// [`FlowError::SingularPanels`] where they have no unique solution.
     pub fn new(outline: Outline) -> Result<Self, FlowError> {
         let n = outline.len();
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
@@ -81,7 +88,7 @@ impl PanelSystem {
     }
 }
 
-/// Stream function at node `i` of the closing panel, per unit speed at the trailing edge.
+/// Stream function of the closing panel at node `i`, per unit edge speed at the trailing edge.
 pub(crate) fn closing_influence(outline: &Outline, i: usize) -> f64 {
     let n = outline.len();
     let nodes = &outline.nodes;

@@ -1,41 +1,46 @@
 //! Influence of one straight panel on one point, generic over the scalar.
 //!
-//! Panel frame: origin at the start, `x` along the panel, `z` to its left. Strengths are linear along the panel.
-//! Equations: Katz & Plotkin, "Low-Speed Aerodynamics", chapter 10; Drela, XFOIL (1989), section 2.
+//! The frame of a panel has its origin at the start, `x` along the panel and `z` to the left of it. Strengths are
+//! linear along the panel. Equations: Katz & Plotkin, "Low-Speed Aerodynamics", chapter 10; Drela, XFOIL (1989),
+//! section 2.
 
 use crate::scalar::Scalar;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Where a field point lies on a panel: known from the numbering of the nodes, never from a distance.
+/// Where a field point lies on a panel. This is known from the numbering of the nodes, never from a distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// Neither end of the panel.
+    /// At neither end of the panel.
     Elsewhere,
-    /// The first node of the panel.
+    /// At the first node of the panel.
     Start,
-    /// The last node of the panel.
+    /// At the last node of the panel.
     End,
 }
 
 /// A point in the frame of a panel, with the transcendental functions that the kernels share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight<S> {
+    /// Coordinate along the panel, from the start.
     pub x: S,
+    /// Coordinate across the panel, positive to the left.
     pub z: S,
+    /// Length of the panel.
     pub length: S,
-    /// ln of the distance to the start; 0 at the start itself, where it is always multiplied by zero.
+    /// Logarithm of the distance to the start; 0 at the start itself, where it is always multiplied by zero.
     pub ln1: S,
-    /// ln of the distance to the end; 0 at the end itself.
+    /// Logarithm of the distance to the end; 0 at the end itself, where it is always multiplied by zero.
     pub ln2: S,
     /// Angle under which the panel is seen, positive from the left; zero on the panel's own line.
     pub seen: S,
-    /// Directions of the point from the start and from the end, where the kernel needs them; the cut is the kernel's.
+    /// Direction of the point from the start, where the kernel needs it; the kernel says where the cut is.
     pub angle1: S,
+    /// Direction of the point from the end, where the kernel needs it; the kernel says where the cut is.
     pub angle2: S,
 }
 
 impl<S: Scalar> Sight<S> {
-    /// Without the two directions.
+    /// A point seen from a panel, without the two directions.
     fn new(panel: [[S; 2]; 2], point: [S; 2], place: Place) -> Self {
         let [a, b] = panel;
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
@@ -58,8 +63,8 @@ impl<S: Scalar> Sight<S> {
         }
     }
 
-    /// Stream function of a vortex and source panel; directions from the panel's own, the cut along its right-hand
-    /// normal.
+    /// Stream function of a vortex and source panel. The directions are relative to the panel, with the cut along its
+    /// right-hand normal.
     #[inline(always)]
     pub fn stream(&self) -> StreamInfluence<S> {
         let Self { x, z, length, ln1, ln2, seen, angle1, angle2 } = *self;
@@ -74,7 +79,8 @@ impl<S: Scalar> Sight<S> {
         StreamInfluence { vortex: [(constant - at_end) * scale, at_end * scale], source: source * scale }
     }
 
-    /// Stream function of a linear source panel; directions less π, the cut straight ahead.
+    /// Stream function of a linear source panel, per strength at the start and at the end. The directions are relative
+    /// to the panel, less π, with the cut straight ahead.
     #[inline(always)]
     pub fn wake_stream(&self) -> [S; 2] {
         let Self { x, z, length, ln1, ln2, angle1, angle2, .. } = *self;
@@ -86,7 +92,7 @@ impl<S: Scalar> Sight<S> {
         [(constant - at_end) * (0.5 / PI), at_end * (0.5 / PI)]
     }
 
-    /// Velocity of a vortex and source panel in its own frame.
+    /// Velocity of a vortex and source panel in the frame of the panel.
     #[inline(always)]
     pub fn velocity(&self) -> LocalVelocity<S> {
         let Self { x, z, length, ln1, ln2, seen, .. } = *self;
@@ -101,20 +107,24 @@ impl<S: Scalar> Sight<S> {
     }
 }
 
-/// Velocity of a source panel along and across it, per strength at the start and at the end; that of a vortex panel
-/// is turned by a right angle.
+/// Velocity of a source panel along and across it, per strength at the start and at the end. The velocity of a vortex
+/// panel is that of the source panel turned by a right angle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalVelocity<S> {
+    /// Component along the panel, per strength at the start and at the end.
     along: [S; 2],
+    /// Component across the panel, per strength at the start and at the end.
     across: [S; 2],
 }
 
 impl<S: Scalar> LocalVelocity<S> {
+    /// Velocity along and across the panel per source strength at an end (0: start, 1: end).
     #[inline(always)]
     pub fn source(&self, end: usize) -> [S; 2] {
         [self.along[end], self.across[end]]
     }
 
+    /// Velocity along and across the panel per clockwise vortex strength at an end (0: start, 1: end).
     #[inline(always)]
     pub fn vortex(&self, end: usize) -> [S; 2] {
         [self.across[end], -self.along[end]]
@@ -124,9 +134,9 @@ impl<S: Scalar> LocalVelocity<S> {
 /// Stream function at a point per unit strength at the two ends of a panel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StreamInfluence<S> {
-    /// Linear clockwise vortex sheet: per strength at the start and at the end.
+    /// Linear clockwise vortex sheet, per strength at the start and at the end.
     pub vortex: [S; 2],
-    /// Constant source sheet.
+    /// Constant source sheet, per strength.
     pub source: S,
 }
 
@@ -163,7 +173,7 @@ pub(crate) fn wake_source_stream<S: Scalar>(panel: [[S; 2]; 2], point: [S; 2], p
 pub(crate) struct VelocityInfluence<S> {
     /// Linear clockwise vortex sheet: velocity vector per strength at the start and at the end.
     pub vortex: [[S; 2]; 2],
-    /// Linear source sheet.
+    /// Linear source sheet: velocity vector per strength at the start and at the end.
     pub source: [[S; 2]; 2],
 }
 

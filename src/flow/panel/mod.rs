@@ -1,15 +1,15 @@
 //! The panel solver: linear vortex panels in stream-function form with the Kármán-Tsien correction, coupled with the
 //! boundary layer.
 //!
-//! [`kernel`], [`polar`], [`outline`], [`inviscid`], [`edge`] and [`wake`] make up the flow without a layer,
-//! [`compressibility`] corrects it, [`coupling`] couples it with the layer, [`section`] leads from an operating point to a
-//! solution, of which [`record`] remembers what is needed ([`solved`]); [`outputs`] reads the coefficients off it and [`adjoint`]
-//! differentiates them.
+//! [`kernel`], [`polar`], [`outline`], [`inviscid`], [`edge`] and [`wake`] make up the flow without a layer, and
+//! [`compressibility`] corrects it. [`coupling`] couples it with the layer. [`section`] leads from an operating point
+//! to a solution, and [`record`] keeps the state of a solution that is needed later ([`solved`]). [`outputs`] reads the
+//! coefficients off that state, and [`adjoint`] differentiates them.
 //!
-//! Kernels are generic over [`Scalar`](crate::scalar::Scalar); systems are factorised in `f64`.
-//! Sources: Drela, XFOIL, LNAE 54 (1989), section 2; Katz & Plotkin, "Low-Speed Aerodynamics", chapter 10.
+//! Kernels are generic over [`Scalar`](crate::scalar::Scalar); systems are factorised in `f64`. Sources: Drela, XFOIL,
+//! LNAE 54 (1989), section 2; Katz & Plotkin, "Low-Speed Aerodynamics", chapter 10.
 //!
-//! Depends on the [`layer`](super::layer) and the [`search`](super::search).
+//! This module depends on the [`layer`](super::layer) and the [`search`](super::search).
 
 mod adjoint;
 mod compressibility;

@@ -1,14 +1,15 @@
-//! The panelled section: nodes, arc length, trailing edge.
+//! The outline of a panelled section: nodes, arc length, trailing edge.
 
 use crate::flow::FlowError;
 use crate::plane::{cross, distance, minus};
 use crate::scalar::Scalar;
 pub use crate::section::TrailingEdge;
 
-/// Fewest nodes a section may have.
+/// Smallest number of nodes of a section.
 pub const MIN_NODES: usize = 40;
 
-/// Nodes of a section from the trailing edge over the upper surface and the nose back along the lower surface.
+/// Nodes of a section in chords, from the trailing edge over the upper surface and the nose back along the lower
+/// surface.
 #[derive(Debug, Clone)]
 pub(crate) struct Outline {
     pub nodes: Vec<[f64; 2]>,
@@ -16,7 +17,8 @@ pub(crate) struct Outline {
 }
 
 impl Outline {
-    /// Checks the nodes: number, finite, counter-clockwise, no two equal neighbours, trailing edge as announced.
+    /// Checks the nodes: enough of them, finite, counter-clockwise, no two equal neighbours, trailing edge as
+    /// announced.
     pub fn new(nodes: &[[f64; 2]], trailing_edge: TrailingEdge) -> Result<Self, FlowError> {
         let count = nodes.len();
         if count < MIN_NODES {
@@ -46,7 +48,7 @@ impl Outline {
         self.nodes.len()
     }
 
-    /// The outline whose panels lie on both sides of the surface that passes through the nodes.
+    /// The outline whose panels have the surface through the present nodes in their middle; see [`balance`].
     pub fn balanced(&self) -> Self {
         let inner = self.nodes.windows(3).map(|w| balance([w[0], w[1], w[2]]));
         let nodes = std::iter::once(self.nodes[0]).chain(inner).chain([self.nodes[self.len() - 1]]).collect();
@@ -59,7 +61,7 @@ impl Outline {
         [self.nodes[j], self.nodes[next]]
     }
 
-    /// The node with the least x; the first of several.
+    /// Index of the node with the least x, the first of several.
     pub fn foremost(&self) -> usize {
         (1..self.len()).fold(0, |best, i| if self.nodes[i][0] < self.nodes[best][0] { i } else { best })
     }
@@ -82,10 +84,11 @@ impl Outline {
     }
 }
 
-/// Moves the middle one of three nodes outwards by κ h²/12, h² the product of the two panel lengths, κ the curvature.
+/// Moves the middle one of three nodes outwards by κ h²/12, with the curvature κ and the product h² of the two panel
+/// lengths.
 ///
-/// An inscribed polygon is too thin everywhere, by κ h²/12 on average. Moved by as much, its panels have the surface
-/// in their middle and the error of the lift falls to half.
+/// A polygon inscribed in the surface is too thin everywhere, by κ h²/12 on average. After this move the panels have
+/// the surface in their middle, and the error of the lift falls to half.
 pub(crate) fn balance<S: Scalar>(nodes: [[S; 2]; 3]) -> [S; 2] {
     let [a, b, c] = nodes;
     let (before, behind) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
@@ -96,13 +99,13 @@ pub(crate) fn balance<S: Scalar>(nodes: [[S; 2]; 3]) -> [S; 2] {
     [moved(0), moved(1)]
 }
 
-/// Area enclosed by the polygon, positive counter-clockwise; summed about its first point.
+/// Area enclosed by the polygon, positive counter-clockwise. The sum is taken about the first point to save digits.
 fn signed_area(nodes: &[[f64; 2]]) -> f64 {
     let o = nodes[0];
     0.5 * nodes.windows(2).map(|p| cross(minus(p[0], o), minus(p[1], o))).sum::<f64>()
 }
 
-/// Arc length of the polygon from the first node to each node.
+/// Arc length of the polygon from the first node to each node; one value per node.
 pub(crate) fn arc_lengths<S: Scalar>(nodes: &[[S; 2]]) -> Vec<S> {
     let mut sum = S::from(0.0);
     let mut result = vec![sum];
@@ -123,16 +126,18 @@ pub(crate) struct TrailingEdgeFrame<S> {
     pub bisector: [S; 2],
     /// Gap across the bisector, in chords.
     pub thickness: S,
-    /// Slope of the gap, d(thickness)/ds, across the bisector.
+    /// Slope of the gap across the bisector, d(thickness)/ds.
     pub opening: S,
-    /// Closing panel: source strength per unit edge speed at the trailing edge.
+    /// Strength of the source sheet on the closing panel times the length of that panel, per unit edge speed at the
+    /// trailing edge.
     pub source: S,
-    /// Closing panel: clockwise vortex strength per unit edge speed at the trailing edge.
+    /// Strength of the clockwise vortex sheet on the closing panel times the length of that panel, per unit edge speed
+    /// at the trailing edge.
     pub vortex: S,
 }
 
 impl<S: Scalar> TrailingEdgeFrame<S> {
-    /// The same frame in another scalar.
+    /// This frame with all numbers converted by `f`.
     pub fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> TrailingEdgeFrame<T> {
         TrailingEdgeFrame {
             middle: self.middle.map(f),
@@ -144,7 +149,7 @@ impl<S: Scalar> TrailingEdgeFrame<S> {
         }
     }
 
-    /// From the first two nodes and the last two (in the order of the section).
+    /// The frame from the first two nodes and the last two, in the order of the section.
     pub fn new(first: [[S; 2]; 2], last: [[S; 2]; 2]) -> Self {
         let unit = |a: [S; 2], b: [S; 2]| {
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);

@@ -1,4 +1,4 @@
-//! The coefficients of a solution: how each follows from what the solver found, and what it depends on directly.
+//! The coefficients of a solution: how each follows from the solved state, and which quantities it depends on directly.
 
 use super::compressibility::{KarmanTsien, PanelEdge, panel_loads};
 use super::coupling::reduced::Reduced;
@@ -16,11 +16,14 @@ use nalgebra::DMatrix;
 use num_dual::DualNum;
 use std::f64::consts::FRAC_PI_2;
 
-/// What follows from the speed along the surface alone.
+/// The coefficients that follow from the speed along the surface alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SurfaceValues {
+    /// Lift coefficient.
     pub cl: f64,
+    /// Moment coefficient about the quarter chord, nose-up positive.
     pub cm: f64,
+    /// Lowest pressure coefficient on the surface.
     pub cp_min: f64,
 }
 
@@ -33,7 +36,7 @@ pub(super) fn values(solved: &Solved) -> Coefficients {
     Coefficients { cl, cd, cm, cp_min, transition: Side::BOTH.map(|side| transition(solved, side).x) }
 }
 
-/// What the coefficients of a solution depend on directly.
+/// The direct dependence of every coefficient of a solution.
 pub(super) fn direct(solved: &Solved) -> Coefficients<Direct> {
     let numbering = solved.at.numbering;
     let mut all = Coefficients::<()>::default().map(|()| Direct::none(solved.nodes.len(), numbering.stations()));
@@ -51,7 +54,7 @@ pub(super) fn direct(solved: &Solved) -> Coefficients<Direct> {
     all
 }
 
-/// Derivative of the lift coefficient by the angle of attack (per radian), the wake staying where it is.
+/// Derivative of the lift coefficient with respect to the angle of attack (per radian), with the wake held where it is.
 pub(super) fn lift_slope(solved: &Solved, reduced: &Reduced) -> f64 {
     let system = &solved.system;
     let mut cl = Direct::none(solved.nodes.len(), solved.at.numbering.stations());
@@ -63,6 +66,7 @@ pub(super) fn lift_slope(solved: &Solved, reduced: &Reduced) -> f64 {
     cl.alpha + dot(&cl.strengths, &turning.inviscid) + by_unknowns.dot(&system.by_angle(solved.at, reduced))
 }
 
+/// Number of panels that carry pressure: the closing panel of a blunt edge is one of them.
 fn panel_count(section: &SectionResponse) -> usize {
     match section.panels.outline.trailing_edge {
         TrailingEdge::Blunt => section.len(),
@@ -70,7 +74,7 @@ fn panel_count(section: &SectionResponse) -> usize {
     }
 }
 
-/// Lift, moment and lowest pressure for vortex strengths at the nodes.
+/// Lift, moment and lowest pressure coefficient for vortex strengths at the nodes, at an angle of attack in radians.
 pub(super) fn surface_values(section: &SectionResponse, strengths: &[f64], alpha: f64, mach: f64) -> SurfaceValues {
     let correction = KarmanTsien::new(mach);
     let wind = [alpha.cos(), alpha.sin()];
@@ -85,7 +89,7 @@ pub(super) fn surface_values(section: &SectionResponse, strengths: &[f64], alpha
     SurfaceValues { cl, cm, cp_min: correction.pressure(highest_speed(section, strengths).1) }
 }
 
-/// Adds what lift and moment depend on.
+/// Adds the direct dependence of lift (first) and moment (second).
 fn add_loads(solved: &Solved, mut loads: [&mut Direct; 2]) {
     let (section, strengths) = (solved.system.section, solved.strengths);
     let unit = |v: f64, k: usize| Dual8::from_re(v).derivative(k);
@@ -109,7 +113,7 @@ fn add_loads(solved: &Solved, mut loads: [&mut Direct; 2]) {
     }
 }
 
-/// Where the spline of the speed is highest, and that speed.
+/// Node index at which the spline of the speed has its largest magnitude, and the speed there.
 fn highest_speed(section: &SectionResponse, strengths: &[f64]) -> (f64, f64) {
     let spline = &section.map.spline;
     let c = spline.coefficients(strengths);
@@ -133,7 +137,7 @@ fn highest_speed(section: &SectionResponse, strengths: &[f64]) -> (f64, f64) {
     (at, combine_real(&spline.weights(at), &c))
 }
 
-/// Adds what the lowest pressure depends on: to first order the place of the peak does not matter.
+/// Adds the direct dependence of the lowest pressure. To first order the place of the peak does not matter.
 fn add_lowest_pressure(solved: &Solved, direct: &mut Direct) {
     let spline = &solved.system.section.map.spline;
     let (at, peak) = highest_speed(solved.system.section, solved.strengths);
@@ -143,12 +147,13 @@ fn add_lowest_pressure(solved: &Solved, direct: &mut Direct) {
     direct.mach = by_mach;
 }
 
-/// Drag from the last station of the wake (Squire & Young): 2 θ u^((5 + H)/2).
+/// Drag coefficient from the last station of the wake, 2 θ u^((5 + H)/2) (Squire & Young).
 fn drag<S: Scalar>(end: &Derived<S>) -> S {
     (end.state.log_theta + end.log_speed * (end.shape + 5.0) * 0.5).exp() * 2.0
 }
 
-/// Adds what drag depends on: the last station, and the gas by which that is seen.
+/// Adds the direct dependence of drag: on the last station, and on the Mach and Reynolds number by which the state at
+/// the edge follows from it.
 fn add_drag(solved: &Solved, direct: &mut Direct) {
     let last = solved.at.derived.len() - 1;
     direct.unknowns.stations[last] = State::gradient(&drag(&solved.at.derived[last]));
@@ -160,14 +165,17 @@ fn add_drag(solved: &Solved, direct: &mut Direct) {
 
 /// The last laminar point of a side.
 struct Transition {
+    /// Coordinate x of the point, in chords.
     x: f64,
     /// Number of the point along the surface.
     point: usize,
-    /// Derivatives of x with respect to the node index of the point and to the abscissas of the nodes as given.
+    /// Derivative of x with respect to the node index of the point.
     slope: f64,
+    /// Derivatives of x with respect to the abscissas of the nodes as they were given.
     by_abscissas: Vec<f64>,
 }
 
+/// The last laminar point of a side of a solution.
 fn transition(solved: &Solved, side: Side) -> Transition {
     let numbering = solved.at.numbering;
     let point = numbering.point(side, numbering.laminar - 1);

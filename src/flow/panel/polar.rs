@@ -1,8 +1,8 @@
-//! Distances and directions between points and the ends of panels, each pair once.
+//! Distances and directions between points and the ends of panels, each pair computed once.
 //!
-//! Two neighbouring panels share a node, and node and point share a distance: so the logarithms and angles of all
-//! panels at all points are those of the pairs. Kernels take their values from here, their derivatives from the
-//! algebra around them.
+//! Two neighbouring panels share a node, and a node and a point share one distance. The logarithms and angles of all
+//! panels at all points are therefore those of the pairs of nodes and points. Kernels take their values from here and
+//! their derivatives from the algebra around them.
 
 use super::kernel::{Place, Sight};
 use crate::flow::elementary::polar_coordinates;
@@ -10,15 +10,19 @@ use crate::scalar::Scalar;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 
-/// Logarithms of the distances and directions from vertices (columns) to points (rows).
+/// Logarithms of the distances, and directions in radians, from vertices (columns) to points (rows).
 #[derive(Debug, Clone)]
 pub(crate) struct Polar {
+    /// Number of points, the length of a column.
     points: usize,
+    /// Logarithms of the distances, vertex after vertex.
     log: Vec<f64>,
+    /// Directions in radians from −π to π, vertex after vertex.
     angle: Vec<f64>,
 }
 
-/// The same direction between `low` and `low` + 2π. Without branches: it stands in loops over many points.
+/// An angle as the equal direction between `low` and `low` + 2π. The code has no branches, because it stands in loops
+/// over many points.
 #[inline(always)]
 fn wrapped(angle: f64, low: f64) -> f64 {
     let up = if angle <= low { TAU } else { 0.0 };
@@ -31,7 +35,7 @@ fn back(angle: f64) -> f64 {
     if angle > 0.0 { angle - PI } else { angle + PI }
 }
 
-/// Room for the way from one vertex to all points.
+/// Memory for the vectors from one vertex to all points.
 struct Column {
     dx: Vec<f64>,
     dy: Vec<f64>,
@@ -42,8 +46,8 @@ impl Column {
         Self { dx: vec![0.0; points.len()], dy: vec![0.0; points.len()] }
     }
 
-    /// Logarithms of the distances and directions. Where vertex and point are one, the place on the panel says so and
-    /// neither is used.
+    /// Computes the logarithms of the distances and the directions. Where vertex and point coincide, the place of the
+    /// point on the panel says so and neither number is used.
     fn set(&mut self, vertex: [f64; 2], points: &[[f64; 2]], log: &mut [f64], angle: &mut [f64]) {
         let (dx, dy) = (&mut self.dx[..points.len()], &mut self.dy[..points.len()]);
         for ((dx, dy), point) in dx.iter_mut().zip(&mut *dy).zip(points) {
@@ -54,6 +58,7 @@ impl Column {
 }
 
 impl Polar {
+    /// All pairs of `points` and `vertices`.
     pub fn new(points: &[[f64; 2]], vertices: &[[f64; 2]]) -> Self {
         let mut polar = Self::zeros(points.len(), vertices.len());
         let mut pairs = Column::new(points);
@@ -64,7 +69,7 @@ impl Polar {
         polar
     }
 
-    /// Between all pairs of the same points.
+    /// All pairs of points of one list.
     pub fn among(points: &[[f64; 2]]) -> Self {
         let n = points.len();
         let mut polar = Self::zeros(n, n);
@@ -85,7 +90,7 @@ impl Polar {
         Self { points, log: vec![0.0; points * vertices], angle: vec![0.0; points * vertices] }
     }
 
-    /// With points and vertices exchanged, and only every `step`th vertex.
+    /// The pairs with points and vertices exchanged, and only every `step`th vertex.
     pub fn reversed(&self, step: usize) -> Self {
         let vertices = (self.log.len() / self.points).div_ceil(step);
         let at = |i: usize, k: usize| k * step * self.points + i;
@@ -94,7 +99,7 @@ impl Polar {
         Self { points: vertices, log, angle }
     }
 
-    /// These points, followed by those of another from its number `from` on; the vertices are the same.
+    /// These points followed by the points of `other` from number `from` on. Both must have equal vertices.
     pub fn followed_by(&self, other: &Self, from: usize) -> Self {
         let vertices = self.log.len() / self.points;
         let column = |polar: &Self, j: usize, from: usize| j * polar.points + from..(j + 1) * polar.points;
@@ -116,13 +121,15 @@ impl Polar {
         Pairs { logs: ends.map(|v| &self.log[column(v)]), angles: ends.map(|v| &self.angle[column(v)]) }
     }
 
-    /// For the stream function of surface panels: the cut leaves a panel along its right-hand normal.
+    /// A surface panel between two vertices seen from a point, for the stream function: the cut leaves the panel along
+    /// its right-hand normal.
     #[inline(always)]
     pub fn seen_of_surface(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
         self.pairs_of(ends).of_surface(point, panel)
     }
 
-    /// For the stream function of wake panels: the cut leaves a panel straight ahead.
+    /// A wake panel between two vertices seen from a point, for the stream function: the cut leaves the panel straight
+    /// ahead.
     #[inline(always)]
     pub fn seen_of_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
         self.pairs_of(ends).of_wake(point, panel)
@@ -137,7 +144,7 @@ pub(crate) struct Pairs<'a> {
 }
 
 impl Pairs<'_> {
-    /// The same of some of the points: lets loops over these run without checks of the index.
+    /// The pairs of a range of points only, so that loops over these run without checks of the index.
     #[inline(always)]
     pub fn of(self, points: Range<usize>) -> Self {
         Self { logs: self.logs.map(|v| &v[points.clone()]), angles: self.angles.map(|v| &v[points.clone()]) }
@@ -152,13 +159,13 @@ impl Pairs<'_> {
         }
     }
 
-    /// See [`Polar::seen_of_surface`].
+    /// A surface panel seen from a point; see [`Polar::seen_of_surface`].
     #[inline(always)]
     pub fn of_surface(&self, point: usize, panel: &Straight) -> Seen {
         self.seen(point, panel.angle, -FRAC_PI_2)
     }
 
-    /// See [`Polar::seen_of_wake`].
+    /// A wake panel seen from a point; see [`Polar::seen_of_wake`].
     #[inline(always)]
     pub fn of_wake(&self, point: usize, panel: &Straight) -> Seen {
         let Seen { logs, angles: [a, b] } = self.seen(point, panel.angle, 0.0);
@@ -166,20 +173,24 @@ impl Pairs<'_> {
     }
 }
 
-/// Logarithms of the distances of a point from the two ends of a panel, and its directions from them in the frame of
-/// the panel.
+/// Logarithms of the distances of a point from the two ends of a panel, and the directions of the point from these ends
+/// in the frame of the panel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen {
     logs: [f64; 2],
     angles: [f64; 2],
 }
 
-/// A straight panel: start, unit vector, length, direction.
+/// A straight panel: start, unit vector along it, length, and direction in radians.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Straight {
+    /// Start of the panel.
     pub start: [f64; 2],
+    /// Unit vector along the panel.
     pub tangent: [f64; 2],
+    /// Length of the panel.
     pub length: f64,
+    /// Direction of the panel in radians.
     angle: f64,
 }
 
@@ -198,7 +209,7 @@ impl Straight {
         [x * tx + y * ty, y * tx - x * ty]
     }
 
-    /// A vector of the frame of the panel in the outer one.
+    /// A vector given in the frame of the panel, in the outer frame.
     #[inline(always)]
     pub fn outer(&self, [along, across]: [f64; 2]) -> [f64; 2] {
         let [tx, ty] = self.tangent;
@@ -206,7 +217,7 @@ impl Straight {
     }
 }
 
-/// ½ ln(x² + z²) of known value, with first derivatives.
+/// The logarithm ½ ln(x² + z²) from its known value, with first derivatives.
 #[inline(always)]
 fn known_log<S: Scalar>(x: S, z: S, value: f64) -> S {
     if S::NDERIV == 0 {
@@ -217,7 +228,7 @@ fn known_log<S: Scalar>(x: S, z: S, value: f64) -> S {
     (x - a) * (a * scale) + (z - b) * (b * scale) + value
 }
 
-/// Direction of (x, z) of known value, with first derivatives.
+/// The direction of (x, z) from its known value, with first derivatives.
 #[inline(always)]
 fn known_angle<S: Scalar>(x: S, z: S, value: f64) -> S {
     if S::NDERIV == 0 {
@@ -229,7 +240,7 @@ fn known_angle<S: Scalar>(x: S, z: S, value: f64) -> S {
 }
 
 impl Seen {
-    /// Everything the kernels need, for coordinates in the frame of the panel and a length that may carry first
+    /// Everything that the kernels need, for coordinates in the frame of the panel and a length that may carry first
     /// derivatives.
     #[inline(always)]
     pub fn sight<S: Scalar>(&self, [x, z]: [S; 2], length: S, place: Place) -> Sight<S> {

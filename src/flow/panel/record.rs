@@ -1,4 +1,4 @@
-//! What the panel solver remembers of a solution, and what it reads off it.
+//! The state of a solution that the panel solver keeps, and the results that it reads off it.
 
 use super::adjoint::gradients;
 use super::compressibility::KarmanTsien;
@@ -14,9 +14,9 @@ use crate::flow::search::End;
 use crate::flow::solution::{Distributions, Record, StationFlow, Status};
 use std::sync::Arc;
 
-/// Turbulent Hk above which the flow at the wall runs backwards.
+/// Turbulent Hk above which the flow at the wall is reversed.
 const REVERSED: f64 = 3.5;
-/// Largest extent of turbulent reversed flow the model is trusted with, over the length of a side.
+/// Largest extent of turbulent reversed flow for which the model is trusted, over the length of a side.
 const REVERSED_EXTENT: f64 = 0.5;
 
 /// A solution of the panel solver.
@@ -26,15 +26,16 @@ pub(crate) struct PanelRecord {
     pub flow: FlowResponse,
     pub layout: Layout,
     pub stream: Stream,
-    /// Nodes as given, on the surface.
+    /// Nodes on the surface as they were given, in chords.
     pub nodes: Vec<[f64; 2]>,
     pub unknowns: Unknowns,
+    /// The coupled system linearised at the unknowns.
     at: Linearised,
-    /// Vortex strengths at the nodes.
+    /// Vortex strengths at the nodes, in units of the onset speed.
     strengths: Vec<f64>,
 }
 
-/// What a flow was sought for.
+/// The flow that was requested: section, onset flow, stations, free stream, and the nodes as they were given.
 pub(super) struct Sought {
     pub section: Arc<SectionResponse>,
     pub flow: FlowResponse,
@@ -71,23 +72,25 @@ impl PanelRecord {
         outputs::values(&self.solved())
     }
 
-    /// Derivative of the lift coefficient by the angle of attack (per radian), the wake staying where it is.
+    /// Derivative of the lift coefficient with respect to the angle of attack (per radian), with the wake held where it
+    /// is.
     pub fn lift_slope(&self) -> Option<f64> {
         Some(outputs::lift_slope(&self.solved(), &Reduced::new(&self.at)?))
     }
 
+    /// Spline coefficients of x (`c` = 0) or y (`c` = 1) over the node index.
     fn coordinate(&self, c: usize) -> Vec<f64> {
         let values: Vec<f64> = self.nodes.iter().map(|p| p[c]).collect();
         self.section.map.spline.coefficients(&values)
     }
 
-    /// The place on the surface at a node index.
+    /// The point of the surface as a function of the node index.
     fn places(&self) -> impl Fn(f64) -> [f64; 2] + '_ {
         let [x, y] = [0, 1].map(|c| self.coordinate(c));
         move |t| [self.section.map.spline.value(&x, t), self.section.map.spline.value(&y, t)]
     }
 
-    /// x of the stagnation point, in chords.
+    /// Coordinate x of the stagnation point, in chords.
     pub fn stagnation(&self) -> f64 {
         self.places()(self.at.positions.index[self.at.numbering.side].re)[0]
     }
@@ -129,7 +132,8 @@ impl PanelRecord {
         nodes.map(|(j, at)| self.station(first + j, &correction, distances[j], *at)).collect()
     }
 
-    /// Wall shear stress along the onset flow, by the trapezoidal rule over the stations.
+    /// Friction drag coefficient: the wall shear stress along the onset flow, by the trapezoidal rule over the
+    /// stations.
     pub fn friction_drag(&self) -> f64 {
         let (sin, cos) = self.flow.alpha.sin_cos();
         let law = self.system().layer.law;
@@ -165,7 +169,7 @@ impl PanelRecord {
         if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged }
     }
 
-    /// Length of turbulent reversed flow over the length of the side.
+    /// Length of turbulent reversed flow on a side over the length of the side.
     fn reversed(&self, side: Side) -> f64 {
         let numbering = self.at.numbering;
         let x = &self.at.positions.abscissas[side.index()];

@@ -1,4 +1,4 @@
-//! From a section and a condition to a solution.
+//! The way from a section and an operating point to a solution of the panel solver.
 
 use super::compressibility::KarmanTsien;
 use super::coupling::response::{FlowResponse, SectionResponse};
@@ -21,7 +21,8 @@ use std::sync::Arc;
 const LARGEST_MACH: f64 = 0.95;
 
 /// The panel solver with its settings: linear vortex panels with the Kármán-Tsien correction, coupled with integral
-/// boundary layers. For flows without shocks.
+/// boundary layers (the method of Drela, XFOIL, 1989). It is meant for flows without shocks; a solution with supersonic
+/// flow has a [`Status`] that says so.
 ///
 /// ```
 /// use aeroform::flow::{Condition, FlowSolver, Incidence, PanelSolver, TrailingEdge, panel_parameters};
@@ -36,7 +37,7 @@ const LARGEST_MACH: f64 = 0.95;
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PanelSolver {
-    /// Resolution and limits.
+    /// Resolution and limits of every analysis.
     pub settings: Settings,
 }
 
@@ -59,7 +60,7 @@ impl FlowSolver for PanelSolver {
     }
 }
 
-/// A section for the panel solver, with the settings of the solver.
+/// A section prepared for the panel solver, with the settings of the solver.
 #[derive(Debug)]
 struct SolverSection {
     section: PanelledSection,
@@ -79,7 +80,7 @@ pub struct PanelledSection {
     pub(crate) response: Arc<SectionResponse>,
 }
 
-/// Inviscid flow about a section.
+/// Inviscid flow about a section, with coefficients as in [`Coefficients`](crate::flow::Coefficients).
 #[derive(Debug, Clone, PartialEq)]
 pub struct InviscidSolution {
     /// Angle of attack in radians.
@@ -88,19 +89,20 @@ pub struct InviscidSolution {
     pub cl: f64,
     /// Moment coefficient about the quarter chord, nose-up positive.
     pub cm: f64,
-    /// Lowest pressure coefficient.
+    /// Lowest pressure coefficient on the surface.
     pub cp_min: f64,
-    /// Pressure coefficient at the nodes.
+    /// Pressure coefficient at the nodes, one value per node.
     pub cp: Vec<f64>,
-    /// Incompressible speed along the surface at the nodes, positive clockwise.
+    /// Incompressible speed along the surface at the nodes, in units of the onset speed, positive clockwise (along the
+    /// upper surface from the nose to the trailing edge).
     pub speed: Vec<f64>,
 }
 
 impl PanelledSection {
-    /// Lays panels through the nodes and factorises.
+    /// Lays panels through the nodes and factorises the panel equations.
     ///
-    /// `nodes` in chords, from the trailing edge over the upper surface to the nose and back along the lower surface;
-    /// for a sharp edge the first and the last are the same point.
+    /// `nodes` are the points of the section in chords (at least 40), from the trailing edge over the upper surface to
+    /// the nose and back along the lower surface. For a sharp edge the first and the last node are one point.
     ///
     /// # Errors
     /// [`FlowError`] for nodes that make no section.
@@ -109,7 +111,7 @@ impl PanelledSection {
         Ok(Self { nodes: nodes.to_vec(), response: Arc::new(response) })
     }
 
-    /// Flow without boundary layer at an angle of attack `alpha` (radians) and a Mach number.
+    /// Flow without boundary layer at an angle of attack `alpha` in radians and a Mach number below 1.
     pub fn inviscid(&self, alpha: f64, mach: f64) -> InviscidSolution {
         let speed = self.response.panels.strengths(alpha);
         let forces = outputs::surface_values(&self.response, &speed, alpha, mach);
@@ -124,11 +126,14 @@ impl PanelledSection {
         }
     }
 
-    /// Viscous flow. `warm` is any solution of a neighbouring section or condition with the same settings; the result
-    /// does not depend on it beyond the tolerance.
+    /// Viscous flow at an operating point.
+    ///
+    /// `warm` is a solution of a neighbouring section or condition with these settings to start from. The result does
+    /// not depend on it beyond the tolerance.
     ///
     /// # Errors
-    /// [`FlowError`] for a condition out of range. A flow that does not converge is a [`Solution`] whose status says so.
+    /// [`FlowError`] for a condition or settings out of range. A flow that does not converge is a [`Solution`] whose
+    /// status says so.
     pub fn analyze(
         &self,
         condition: &Condition,
@@ -146,17 +151,19 @@ impl PanelledSection {
     }
 }
 
-/// Angle of attack and record of a solution of this solver.
+/// Angle of attack and record of a solution; `None` for a solution of another solver.
 fn panel_record(solution: &Solution) -> Option<(f64, &PanelRecord)> {
     let record: &dyn Any = &*solution.record;
     Some((solution.alpha, record.downcast_ref()?))
 }
 
-/// Viscous flow about the section through `nodes`; see [`PanelledSection`], which saves work where several conditions
-/// are wanted for one section.
+/// Viscous flow about the section through `nodes` at an operating point.
+///
+/// The arguments are those of [`PanelledSection::new`] and [`PanelledSection::analyze`]; a [`PanelledSection`] saves
+/// work where several operating points of one section are wanted.
 ///
 /// # Errors
-/// [`FlowError`] for nodes that make no section, or a condition out of range.
+/// [`FlowError`] for nodes that make no section, or a condition or settings out of range.
 pub fn analyze(
     nodes: &[[f64; 2]],
     trailing_edge: TrailingEdge,
@@ -167,12 +174,13 @@ pub fn analyze(
     PanelledSection::new(nodes, trailing_edge)?.analyze(condition, settings, warm)
 }
 
-/// Iterations of a warm start; the march stands nearer to what takes more.
+/// Largest number of iterations of a warm start; a march is closer to a flow that takes more.
 const WARM_ITERATIONS: usize = 8;
-/// First move of transition from which on the march stands nearer than a neighbour, in lengths of the side.
+/// First move of transition, in lengths of the side, beyond which a march is closer to the flow than a warm start.
 const WARM_REACH: f64 = 0.1;
-/// Most solutions on the way to a given lift, and the largest change of the angle between two, in radians.
+/// Largest number of solutions on the way to a prescribed lift coefficient.
 const LIFT_STEPS: usize = 20;
+/// Largest change of the angle of attack between two solutions on the way to a prescribed lift coefficient, in radians.
 const LIFT_REACH: f64 = 0.05;
 
 /// One flow that is asked for.
@@ -182,7 +190,7 @@ struct Request<'a> {
     settings: Settings,
 }
 
-/// A flow at one angle of attack, converged or not.
+/// The end of the search for a flow at one angle of attack, converged or not.
 struct Ended {
     record: PanelRecord,
     attempts: Vec<Attempt>,
@@ -226,7 +234,7 @@ impl Request<'_> {
         }
     }
 
-    /// Newton's method on the angle of attack, with the lift slope of each solution, the wake taken as it is.
+    /// Newton's method on the angle of attack, with the lift slope of each solution at a wake that stays where it is.
     fn at_lift(&self, lift: f64, warm: Option<(f64, Unknowns)>) -> Solution {
         let zero = self.section.inviscid(0.0, self.condition.mach).cl;
         let slope = self.section.inviscid(0.1, self.condition.mach).cl - zero;
@@ -253,7 +261,7 @@ impl Request<'_> {
         Stream { mach, reynolds, n_critical, trips: self.trip_arcs() }
     }
 
-    /// Arc lengths of the trips, from x by the spline of the nodes.
+    /// Arc lengths of the trips in chords, found from their x by the spline through the nodes.
     fn trip_arcs(&self) -> [Option<f64>; 2] {
         let section = &self.section.response;
         let x: Vec<f64> = section.panels.outline.nodes.iter().map(|p| p[0]).collect();
@@ -269,7 +277,7 @@ impl Request<'_> {
     }
 }
 
-/// The flow that is sought and its neighbours, about one section with one wake.
+/// The requested flow and its neighbours about one section, with one wake.
 pub(crate) struct PanelFamily<'a> {
     pub section: &'a SectionResponse,
     pub flow: &'a FlowResponse,
@@ -279,7 +287,8 @@ pub(crate) struct PanelFamily<'a> {
 }
 
 impl PanelFamily<'_> {
-    /// Warm start unless it is far off, cold start, then easier conditions that lead to the one wanted.
+    /// Tries a warm start unless it is far off, then a cold start, then easier conditions that lead to the requested
+    /// one. The result comes with the layout of the stations it stands on and with the attempts that failed.
     fn converge(&self, warm: Option<Unknowns>) -> ((End<Linearised>, Layout), Vec<Attempt>) {
         let Settings { tolerance, iterations, retry, .. } = self.settings;
         let system = self.equations(self.flow, self.layout, self.stream.trips);

@@ -1,4 +1,5 @@
-//! A solution as its coefficients and their derivatives see it, and what one coefficient depends on.
+//! A solution in the form in which coefficients and derivatives need it, and the quantities that a coefficient depends
+//! on.
 
 use super::coupling::response::smooth_columns;
 use super::coupling::system::{Linearised, Stream, System};
@@ -6,37 +7,43 @@ use crate::flow::layer::{Change, GLOBAL_UNKNOWNS, Unknowns};
 use crate::flow::linear::product;
 use nalgebra::DMatrix;
 
-/// The state a solution was found in.
+/// The state of a solution.
 pub(super) struct Solved<'a> {
     pub system: System<'a>,
     pub unknowns: &'a Unknowns,
+    /// The coupled system linearised at the unknowns.
     pub at: &'a Linearised,
-    /// Vortex strengths at the nodes.
+    /// Vortex strengths at the nodes, in units of the onset speed.
     pub strengths: &'a [f64],
     pub stream: Stream,
-    /// Nodes as given, on the surface.
+    /// Nodes on the surface as they were given, in chords.
     pub nodes: &'a [[f64; 2]],
 }
 
-/// What a coefficient depends on directly, the rest held: the strengths at the nodes are a variable of their own.
+/// Derivatives of a coefficient with respect to everything that its formula contains, each with the rest held. The
+/// strengths at the nodes count as variables.
 #[derive(Debug, Clone)]
 pub(super) struct Direct {
-    /// Derivatives with respect to the strengths at the nodes.
+    /// Derivatives with respect to the vortex strengths at the nodes.
     pub strengths: Vec<f64>,
     /// Derivatives with respect to the [balanced](super::outline::balance) nodes.
     pub balanced: Vec<[f64; 2]>,
-    /// Derivatives with respect to the nodes as given.
+    /// Derivatives with respect to the nodes as they were given.
     pub given: Vec<[f64; 2]>,
-    /// Derivatives with respect to the node indices of points along the surface, which are given by their numbers.
+    /// Numbers of points along the surface, with the derivatives with respect to the node indices of these points.
     pub index: Vec<(usize, f64)>,
-    /// Derivatives with respect to the unknowns.
+    /// Derivatives with respect to the unknowns of the coupled system.
     pub unknowns: Change,
+    /// Derivative with respect to the angle of attack, per radian.
     pub alpha: f64,
+    /// Derivative with respect to the Mach number.
     pub mach: f64,
+    /// Derivative with respect to the Reynolds number.
     pub reynolds: f64,
 }
 
 impl Direct {
+    /// No dependence at all, for numbers of nodes and stations.
     pub fn none(nodes: usize, stations: usize) -> Self {
         Self {
             strengths: vec![0.0; nodes],
@@ -51,15 +58,15 @@ impl Direct {
     }
 }
 
-/// From sensitivities to the strengths at the nodes, one row per output, to those to the (unsmoothed) defects at the nodes
-/// and to the defects of the wake.
+/// Turns sensitivities to the strengths at the nodes, one row per output, into sensitivities to the unsmoothed mass
+/// defects at the nodes and to the mass defects of the wake.
 pub(super) fn through_defects(system: &System, strengths: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let by_nodes = smooth_columns(&product(strengths, &system.section.nodes));
     (by_nodes, product(strengths, &system.flow.nodes_by_wake))
 }
 
 /// Derivatives of an output with respect to the unknowns: directly, by way of the node indices of points, and by way of
-/// the defects at the nodes and in the wake.
+/// the mass defects at the nodes and in the wake.
 pub(super) fn output_gradient(solved: &Solved, direct: &Direct, by_nodes: &[f64], by_wake: &[f64]) -> Change {
     let at = solved.at;
     let numbering = at.numbering;

@@ -1,8 +1,8 @@
 //! The wake: path, spacing, and the dead air behind a blunt edge.
 //!
-//! The path is the streamline that leaves a thin lifting surface: its slope goes from the trailing-edge bisector to
-//! the onset flow like sqrt(ξ/(1 + ξ)), ξ chords behind the edge (flat plate, exact to first order in the angles).
-//! A closed form has exact derivatives with respect to shape and incidence; the solution depends on it weakly.
+//! The path is the streamline that leaves a thin lifting surface. The slope goes from the trailing-edge bisector to the
+//! onset flow like sqrt(ξ/(1 + ξ)), ξ chords behind the edge (flat plate, exact to first order in the angles). A closed
+//! form has exact derivatives with respect to shape and incidence; the solution depends on the path weakly.
 
 use super::outline::TrailingEdgeFrame;
 use crate::scalar::Scalar;
@@ -10,7 +10,7 @@ use crate::scalar::Scalar;
 /// Length of the wake in chords.
 const LENGTH: f64 = 1.0;
 
-/// Distances of the wake nodes from the trailing edge along the path, for a section of `panels` panels.
+/// Distances of the wake nodes from the trailing edge along the path, in chords, for a section of `panels` panels.
 ///
 /// The first panel is as long as a mean surface panel near the edge; the others grow geometrically.
 pub(crate) fn distances(panels: usize) -> Vec<f64> {
@@ -47,8 +47,8 @@ pub(crate) fn path<S: Scalar>(edge: &TrailingEdgeFrame<S>, wind: [S; 2], distanc
     nodes
 }
 
-/// Width of the dead air behind a blunt edge at the distances of the wake nodes (Drela, XFOIL, 1989): a cubic that
-/// leaves the edge with the slopes of the surface and ends 2.5 gaps behind it, its end rounded off.
+/// Width of the dead air behind a blunt edge at the distances of the wake nodes, in chords (Drela, XFOIL, 1989). It is
+/// a cubic that leaves the edge with the slopes of the surface and ends 2.5 gaps behind it, where it is rounded off.
 pub(crate) fn dead_air<S: Scalar>(edge: &TrailingEdgeFrame<S>, distances: &[f64]) -> Vec<S> {
     // closing rate within the limits that keep the cubic positive
     let slope = (edge.opening / 1.2).saturating_tanh() * 1.2;
@@ -61,9 +61,9 @@ pub(crate) fn dead_air<S: Scalar>(edge: &TrailingEdgeFrame<S>, distances: &[f64]
 }
 
 /// Strengths of the linear source sheet at the nodes and the middles of the wake panels (node, middle, node, …) per
-/// defect at the nodes: the slopes of the defect at the middles, linear between them, zero at the far end.
+/// mass defect at the nodes: the slopes of the defect at the middles, linear between them, zero at the far end.
 ///
-/// Returned as rows of at most three (node, weight).
+/// The result has one row per node or middle, with the few nodes and weights that are not zero.
 pub(crate) fn source_strengths(distances: &[f64]) -> Vec<Vec<(usize, f64)>> {
     let n = distances.len();
     let slope = |k: usize| {

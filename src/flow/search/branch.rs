@@ -1,12 +1,13 @@
 //! Continuation along a branch of solutions through its folds.
 //!
 //! Where the layer at a nose bursts, or a bubble jumps from one bump of ragged coordinates to the next, the branch of
-//! solutions over the angle of attack turns back and forward again: no solution is near the last one at the next angle,
-//! but both are on one curve. Its arc length is followed in place of the angle (pseudo-arclength continuation; Keller,
-//! "Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems", 1977).
+//! solutions over the angle of attack turns back and forward again. No solution at the next angle is then near the last
+//! one, but both lie on one curve. The search follows the arc length of that curve in place of the angle
+//! (pseudo-arclength continuation; Keller, "Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems",
+//! 1977).
 //!
-//! On the way the wake stays where it is at the angle wanted, so that the system is linear in the onset flow and its
-//! derivative with respect to the angle is that flow a quarter turn on.
+//! On the way the wake stays where it is at the requested angle, so that the system is linear in the onset flow and the
+//! derivative with respect to the angle is the onset flow turned by a right angle.
 
 use super::budget::Budget;
 use super::family::{Effort, Equations, Family, Residuals};
@@ -14,49 +15,56 @@ use super::neighbour::{Neighbour, temporary_trips};
 use super::newton;
 use crate::flow::layer::{Change, Layout, Metric, Unknowns};
 
-/// First, largest and smallest step, in the metric of the usual changes of one Newton step.
+/// Length of the first step, in the metric of the usual changes of one Newton step.
 const FIRST_STEP: f64 = 0.5;
+/// Longest step, in the metric of [`FIRST_STEP`].
 const LARGEST_STEP: f64 = 2.0;
+/// Shortest step, in the metric of [`FIRST_STEP`].
 const SMALLEST_STEP: f64 = 0.002;
-/// Growth of the step after one that took no more work than so many iterations, and its share after a failure.
+/// Growth of the step after an easy one.
 const LONGER: f64 = 1.6;
+/// Work up to which a step counts as easy, in Newton iterations.
 const EASY: f64 = 3.2;
+/// Factor on the step after a failure.
 const SHORTER: f64 = 0.4;
-/// Steps after a failure before they grow again.
+/// Number of steps after a failure before they grow again.
 const CAUTION: usize = 2;
-/// Work after which a branch is given up, in Newton iterations with all stations.
+/// Work after which a branch is given up, in Newton iterations on the requested stations.
 const WORK: f64 = 500.0;
-/// Most steps.
+/// Largest number of steps along a branch.
 const STEPS: usize = 300;
-/// Angle, in degrees, and ratio of the places of trips that count as a step of one.
+/// Change of the angle of attack, in degrees, that counts as a step of length one.
 const DEGREES: f64 = 1.0;
+/// Change of the logarithm of the places of trips that counts as a step of length one.
 const LOG_TRIP: f64 = 0.5;
-/// Distance behind its start at which a branch is given up, in these steps.
+/// Distance behind the start of a branch at which it is given up, in steps of length one.
 const BEHIND: f64 = 2.0;
-/// Factorisations in one step.
+/// Largest number of factorisations in one step.
 const FACTORISATIONS: usize = 4;
-/// Largest residual of the solutions on the way, and that at which a step is given up.
+/// Largest residual of the solutions on the way.
 const TOLERANCE: f64 = 1e-4;
+/// Residual at which a step is given up.
 const LOST: f64 = 30.0;
-/// What an attempt may cost where the parameter is as wanted.
+/// Limits of an attempt to land where the parameter has the requested value.
 const LANDING: Effort = Effort { tolerance: 1e-5, iterations: 20, patience: 8, reach: f64::INFINITY };
-/// Contraction of the residuals with which factors are kept, and the residual from which they are used at all.
+/// Contraction of the residuals up to which factors are kept.
 const CONTRACTION: f64 = 0.5;
+/// Residual below which kept factors are used at all.
 const CLOSE: f64 = 1.0;
 /// Work of an evaluation of the residuals, over that of an iteration.
 const EVALUATION: f64 = 0.3;
 
-/// What changes along a branch; wanted is the value 0.
+/// The parameter that changes along a branch; 0 is the requested value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Parameter {
-    /// Angle of attack less that wanted, in degrees.
+    /// Angle of attack less the requested one, in degrees.
     Angle,
-    /// Logarithm of the places of temporary trips over the lengths of the sides.
+    /// Logarithm of the distance of temporary trips from the stagnation point over the lengths of the sides.
     Trips,
 }
 
 impl Parameter {
-    /// Square of what one unit of the parameter counts as, in steps of length one.
+    /// Square of the step length that one unit of the parameter counts as.
     fn weight(self) -> f64 {
         match self {
             Self::Angle => DEGREES.powi(-2),
@@ -64,6 +72,7 @@ impl Parameter {
         }
     }
 
+    /// The value of the parameter at a place.
     fn value(self, place: &Neighbour) -> f64 {
         match self {
             Self::Angle => place.turned,
@@ -80,10 +89,11 @@ impl Parameter {
     }
 }
 
-/// A solution on the branch, or a guess of one.
+/// A solution on the branch, or an estimate of one, with the value of the parameter.
 #[derive(Clone)]
 struct OnBranch {
     unknowns: Unknowns,
+    /// Value of the parameter.
     value: f64,
 }
 
@@ -91,10 +101,11 @@ struct OnBranch {
 #[derive(Clone)]
 struct Direction {
     change: Change,
+    /// Change of the parameter.
     value: f64,
 }
 
-/// From a solution at `place` to one where the parameter is as wanted.
+/// Follows the branch from a solution at `place` to one where the parameter has the requested value.
 pub(super) fn follow<F: Family>(
     family: &F,
     budget: &mut Budget,
@@ -133,14 +144,16 @@ pub(super) fn follow<F: Family>(
     None
 }
 
-/// Length of the next step, and steps since the last failure.
+/// Length of the next step, and the number of steps since the last failure.
 struct Stride {
+    /// Length of the next step, in the metric of [`FIRST_STEP`].
     length: f64,
+    /// Number of steps since the last failure.
     successes: usize,
 }
 
 impl Stride {
-    /// A step, shortened until it succeeds.
+    /// Takes a step and shortens it until it succeeds.
     fn take<F: Family>(
         &mut self,
         branch: &mut Branch<F>,
@@ -174,7 +187,7 @@ pub(super) struct Jacobian<F: Family> {
     pub by_value: Change,
 }
 
-/// The curve of solutions.
+/// The curve of solutions, at one value of the parameter.
 pub(super) struct Branch<'a, F: Family> {
     family: &'a F,
     parameter: Parameter,
@@ -190,6 +203,7 @@ impl<'a, F: Family> Branch<'a, F> {
         Self { family, parameter, place, outer, trips: temporary_trips(family, place.trips), layout }
     }
 
+    /// Moves the outer flow or the trips to a value of the parameter.
     pub fn set(&mut self, value: f64) {
         self.place = self.parameter.at(value, &self.place);
         match self.parameter {
@@ -198,10 +212,12 @@ impl<'a, F: Family> Branch<'a, F> {
         }
     }
 
+    /// The equations at the current value of the parameter.
     pub fn equations(&self) -> F::Equations<'_> {
         self.family.equations(&self.outer, self.layout, self.trips)
     }
 
+    /// Linearises and factorises the equations; `None` where they are singular.
     pub fn jacobian(&self, unknowns: &Unknowns) -> Option<Jacobian<F>> {
         let equations = self.equations();
         let at = equations.linearise(unknowns);
@@ -210,7 +226,7 @@ impl<'a, F: Family> Branch<'a, F> {
         by_value.is_finite().then_some(Jacobian { at, factors, by_value })
     }
 
-    /// Minus the inverse Jacobian times the derivative by the parameter.
+    /// Minus the inverse Jacobian times the derivative of the residuals with respect to the parameter.
     fn by_parameter<E: Equations>(&self, equations: &E, at: &E::At, factors: &E::Factors) -> Change {
         match self.parameter {
             Parameter::Angle => {
@@ -230,7 +246,7 @@ impl<'a, F: Family> Branch<'a, F> {
         }
     }
 
-    /// The way on from a point: onward from `heading`, or towards the condition wanted.
+    /// The way on from a point: onward from `heading`, or at the start towards the requested condition.
     fn ahead(&self, at: &OnBranch, heading: Option<&Direction>) -> Option<Ahead<F>> {
         let jacobian = self.jacobian(&at.unknowns)?;
         let by_value = &jacobian.by_value;
@@ -247,7 +263,7 @@ impl<'a, F: Family> Branch<'a, F> {
         Some(Ahead { jacobian, direction, metric })
     }
 
-    /// The next solution, a step along `ahead` and then across it; with it the work that took.
+    /// The next solution, found by a step along `ahead` and then across it, and the work that took.
     fn step(&mut self, from: &OnBranch, ahead: &Ahead<F>, length: f64) -> (Option<OnBranch>, f64) {
         let direction = &ahead.direction;
         let start = self.equations().layer().carried(&from.unknowns, &direction.change, length);
@@ -277,7 +293,8 @@ impl<'a, F: Family> Branch<'a, F> {
         }
     }
 
-    /// A Jacobian at some unknowns and Newton's step by it across the direction.
+    /// A Jacobian at some unknowns, and Newton's step with it across the direction: the changes of the unknowns and of
+    /// the parameter.
     fn newton_across(&self, ahead: &Ahead<F>, unknowns: &Unknowns) -> Option<(Jacobian<F>, Change, f64)> {
         let jacobian = self.jacobian(unknowns)?;
         let equations = self.equations();
@@ -287,7 +304,7 @@ impl<'a, F: Family> Branch<'a, F> {
         Some((jacobian, change, value))
     }
 
-    /// Newton's method across the direction with the factors there are, as long as they do.
+    /// Newton's method across the direction with the given factors, as long as they reduce the residuals well.
     fn settle(&mut self, mut at: OnBranch, ahead: &Ahead<F>, jacobian: &Jacobian<F>, work: &mut f64) -> Settled {
         let mut before = f64::INFINITY;
         loop {
@@ -315,7 +332,8 @@ impl<'a, F: Family> Branch<'a, F> {
         }
     }
 
-    /// Newton's step `change`, with the parameter moved so that it leads across the direction; and that move.
+    /// Turns Newton's step `change` at a fixed parameter into one that leads across the direction: the changes of the
+    /// unknowns and of the parameter.
     fn across(&self, ahead: &Ahead<F>, mut change: Change, by_value: &Change) -> Option<(Change, f64)> {
         let Ahead { direction, metric, .. } = ahead;
         let along = metric.dot(&direction.change, by_value) + direction.value * self.parameter.weight();
@@ -327,9 +345,11 @@ impl<'a, F: Family> Branch<'a, F> {
 
 /// How far Newton's method came with one set of factors.
 enum Settled {
+    /// The residuals are below the tolerance.
     Done(OnBranch),
     /// The residuals no longer fall as they should.
     Slow(OnBranch),
+    /// The residuals are too large, or the equations are singular.
     Lost,
 }
 

@@ -1,35 +1,40 @@
-//! What a search has tried, and how much work is left.
+//! The record of what a search has tried, and how much work is left.
 
 use super::family::End;
 use crate::flow::Attempt;
 use crate::flow::layer::Layout;
 
-/// Work after which the search ends, in Newton iterations with the stations that are wanted.
+/// Work after which the search ends, in Newton iterations on the requested stations.
 pub(super) const WORK: f64 = 1150.0;
 
-/// The account of a search. Work is counted in Newton iterations with the stations that are wanted.
+/// The account of a search. Work is counted in Newton iterations on the requested stations.
 pub(super) struct Budget {
     pub attempts: Vec<Attempt>,
+    /// Number of requested stations.
     wanted: usize,
+    /// Work done so far.
     work: f64,
+    /// Work at which the search ends.
     limit: f64,
 }
 
 impl Budget {
-    /// For flows on `layout`, of which `attempts` have been made.
+    /// An account for flows on `layout`, after `attempts` have been made.
     pub fn new(layout: &Layout, attempts: Vec<Attempt>) -> Self {
         Self { attempts, wanted: layout.stations(), work: 0.0, limit: WORK }
     }
 
+    /// Work done so far.
     pub fn work(&self) -> f64 {
         self.work
     }
 
+    /// Whether the work exceeds the limit.
     pub fn exhausted(&self) -> bool {
         self.work > self.limit
     }
 
-    /// Grants so much more work from here on.
+    /// Allows `work` more from here on.
     pub fn grant(&mut self, work: f64) {
         self.limit = self.work + work;
     }
@@ -40,7 +45,7 @@ impl Budget {
         self.add((end.iterations + 1) as f64, end.unknowns.stations.len());
     }
 
-    /// Notes the work of so many iterations that make no attempt of their own.
+    /// Notes the work of iterations on `layout` that are no attempt of their own.
     pub fn spend(&mut self, iterations: f64, layout: &Layout) {
         self.add(iterations, layout.stations());
     }

@@ -1,25 +1,26 @@
-//! Steps with a Jacobian that is kept: cheap ones near the solution.
+//! Cheap steps near the solution with a Jacobian that is kept.
 //!
-//! A full Newton step linearises, eliminates and factorises; near the solution the last factors still do. Broyden's
-//! rank-one corrections (Broyden 1965; in the form of Kelley, "Iterative Methods for Linear and Nonlinear Equations",
-//! 1995, chapter 7) learn from every step how the Jacobian has changed, so that the residuals fall ever faster. Only
-//! residuals are evaluated, in `f64`.
+//! A full Newton step linearises, eliminates and factorises; near the solution the last factors still suffice.
+//! Broyden's rank-one corrections (Broyden 1965; in the form of Kelley, "Iterative Methods for Linear and Nonlinear
+//! Equations", 1995, chapter 7) learn from every step how the Jacobian has changed, so that the residuals fall ever
+//! faster. Only residuals are evaluated, in `f64`.
 
 use super::family::{Equations, Residuals};
 use crate::flow::layer::{Change, Side, Unknowns, is_inside};
 
-/// A step is worth following if it leaves at most this share of the residuals.
+/// Largest share of the residuals that a step may leave to be worth following.
 const CONTRACTION: f64 = 0.2;
-/// Most steps with one Jacobian.
+/// Largest number of steps with one Jacobian.
 const STEPS: usize = 8;
 
+/// The unknowns after a whole step.
 fn shifted(unknowns: &Unknowns, change: &Change) -> Unknowns {
     let mut next = unknowns.clone();
     next.add(change, 1.0);
     next
 }
 
-/// Whether stagnation and transition stand where stations can be laid.
+/// Whether stagnation and transition stand at places where stations can be laid.
 fn sensible(system: &impl Equations, unknowns: &Unknowns) -> bool {
     Side::BOTH.into_iter().all(|side| {
         let length = unknowns.side_length(side, system.layer().total);
@@ -27,19 +28,21 @@ fn sensible(system: &impl Equations, unknowns: &Unknowns) -> bool {
     })
 }
 
-/// A factorised Jacobian with the norm of the residuals where it was taken.
+/// A factorised Jacobian with the norm of the residuals at the unknowns where it was taken.
 pub(super) struct Kept<'a, E: Equations> {
     pub system: &'a E,
+    /// The equations linearised where the Jacobian was taken.
     pub at: &'a E::At,
     pub factors: &'a E::Factors,
+    /// Euclidean norm of the residuals there.
     pub norm: f64,
 }
 
 impl<E: Equations> Kept<'_, E> {
     /// Follows the step `first` from `unknowns`, where the Jacobian was taken, as long as every step leaves less than
-    /// [`CONTRACTION`] of the residuals. `None` where not even the first does.
+    /// [`CONTRACTION`] of the residuals. The result is `None` where not even the first step does.
     ///
-    /// Where the residuals came below `tolerance`, one more step is taken without a look at its result.
+    /// Where the residuals came below `tolerance`, one more step is taken without a check of the result.
     pub fn follow(&self, unknowns: &Unknowns, first: &Change, tolerance: f64) -> Option<Unknowns> {
         let mut steps = vec![first.clone()];
         let mut squares = vec![first.dot(first)];

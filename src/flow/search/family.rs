@@ -1,53 +1,58 @@
-//! What the search and Newton's method ask of a flow, and what an attempt may cost.
+//! The interface through which Newton's method and the search see a flow, and the limits of an attempt.
 
 use crate::flow::layer::{Change, EdgeLaw, Layer, Layout, Unknowns};
 
 /// Residuals of all equations at some unknowns.
 pub(crate) trait Residuals {
-    /// Euclidean norm.
+    /// Euclidean norm of all residuals.
     fn norm(&self) -> f64;
-    /// Largest magnitude; NaN where any residual is.
+    /// Largest magnitude of any residual; NaN where any residual is NaN.
     fn largest(&self) -> f64;
 }
 
 /// The equations of a flow on one layout of stations.
 pub(crate) trait Equations {
+    /// The law by which the outer flow's unknown becomes the state at the edge of the layer.
     type Law: EdgeLaw<Number = f64>;
+    /// Residuals of all equations at some unknowns.
     type Residuals: Residuals;
     /// The equations linearised at some unknowns.
     type At;
     /// Factors of the Jacobian of a linearisation.
     type Factors;
 
+    /// The boundary layer of the flow.
     fn layer(&self) -> &Layer<'_, Self::Law>;
 
-    /// A start by marching the layer along the outer flow without a layer.
+    /// Start of the iteration, made by marching the layer along the outer flow without a layer.
     fn march(&self) -> Unknowns;
 
+    /// Residuals of all equations, without derivatives.
     fn residuals(&self, unknowns: &Unknowns) -> Self::Residuals;
 
+    /// Residuals and derivatives of all equations.
     fn linearise(&self, unknowns: &Unknowns) -> Self::At;
 
-    /// The residuals where the equations were linearised.
+    /// The residuals at the unknowns where the equations were linearised.
     fn residuals_at<'a>(&self, at: &'a Self::At) -> &'a Self::Residuals;
 
-    /// `None` where the Jacobian is singular or not finite.
+    /// Factorises the Jacobian; `None` where it is singular or not finite.
     fn factorise(&self, at: &Self::At) -> Option<Self::Factors>;
 
     /// Minus the inverse Jacobian times residuals: Newton's step.
     fn solve(&self, at: &Self::At, factors: &Self::Factors, residuals: &Self::Residuals) -> Change;
 
-    /// Minus the inverse Jacobian times the derivative of the residuals by the angle of attack (per radian), the wake
-    /// staying where it is.
+    /// Minus the inverse Jacobian times the derivative of the residuals with respect to the angle of attack (per
+    /// radian). The wake stays where it is.
     fn by_angle(&self, at: &Self::At, factors: &Self::Factors) -> Change;
 
-    /// Minus the inverse Jacobian times the derivative of the residuals by trips whose arc lengths change at the given
-    /// rates.
+    /// Minus the inverse Jacobian times the derivative of the residuals with respect to a parameter that moves the
+    /// trips of the upper and lower side; `rates` are the changes of their arc lengths per change of the parameter.
     fn by_trips(&self, at: &Self::At, factors: &Self::Factors, rates: [f64; 2]) -> Change;
 }
 
-/// The flow that is sought, and those about the same section at other angles of attack, with other trips, and on other
-/// layouts.
+/// The requested flow and its neighbours: flows about one section at other angles of attack, with other trips, and on
+/// other layouts of stations.
 pub(crate) trait Family {
     /// The outer flow at one angle of attack.
     type Outer;
@@ -59,30 +64,32 @@ pub(crate) trait Family {
     where
         Self: 'a;
 
-    /// Total arc length of the surface.
+    /// Total arc length of the surface, in chords.
     fn total(&self) -> f64;
 
-    /// Stations that are wanted.
+    /// The requested layout of stations.
     fn layout(&self) -> &Layout;
 
-    /// Largest residual that is wanted.
+    /// The largest residual of a converged solution.
     fn tolerance(&self) -> f64;
 
-    /// Sign of the lift without a layer.
+    /// Sign of the lift without boundary layer.
     fn lift_sign(&self) -> f64;
 
-    /// Arc length of the stagnation point without a layer.
+    /// Arc length of the stagnation point without boundary layer, in chords from the first node.
     fn stagnation(&self) -> f64;
 
-    /// Arc lengths of the trips that are wanted.
+    /// Arc lengths of the requested trips on the upper and lower side, in chords from the first node.
     fn trips(&self) -> [Option<f64>; 2];
 
-    /// The outer flow at an angle of attack so many radians from the one wanted, the wake staying where it is.
+    /// The outer flow at an angle of attack that differs from the requested one by `radians`. The wake stays where it
+    /// is.
     fn turned(&self, radians: f64) -> Self::Outer;
 
-    /// [`turned`](Self::turned) in the memory of an outer flow of this family.
+    /// Does the work of [`turned`](Self::turned) in the memory of an outer flow of this family.
     fn turn(&self, outer: &mut Self::Outer, radians: f64);
 
+    /// The equations of a flow on a layout of stations with trips at the given arc lengths.
     fn equations<'a>(
         &'a self,
         outer: &'a Self::Outer,
@@ -91,35 +98,41 @@ pub(crate) trait Family {
     ) -> Self::Equations<'a>;
 }
 
-/// Iterations without progress after which an attempt is given up.
+/// Usual number of iterations without progress after which an attempt is given up.
 const PATIENCE: usize = 12;
 
-/// What an attempt may cost.
+/// The limits of one attempt.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     /// Largest residual of a converged solution.
     pub tolerance: f64,
+    /// Largest number of Newton iterations.
     pub iterations: usize,
     /// Iterations without progress after which the attempt is given up.
     pub patience: usize,
-    /// The attempt is given up at once where transition would move farther than this in the first step, in lengths of its
-    /// side.
+    /// Longest move of transition in the first step, in lengths of its side. The attempt is given up at once where
+    /// transition would move farther.
     pub reach: f64,
 }
 
 impl Effort {
-    /// With the usual patience and any reach.
+    /// Limits with the usual patience and without a limit on the first move of transition.
     pub fn new(tolerance: f64, iterations: usize) -> Self {
         Self { tolerance, iterations, patience: PATIENCE, reach: f64::INFINITY }
     }
 }
 
-/// How an attempt ended, with the equations linearised there.
+/// The end of an attempt, with the equations linearised there.
 #[derive(Debug, Clone)]
 pub(crate) struct End<A> {
+    /// Unknowns at the end of the attempt.
     pub unknowns: Unknowns,
+    /// The equations linearised at `unknowns`.
     pub at: A,
+    /// Largest magnitude of any residual.
     pub residual: f64,
+    /// Number of Newton iterations.
     pub iterations: usize,
+    /// Whether the residual is below the tolerance.
     pub converged: bool,
 }

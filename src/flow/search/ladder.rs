@@ -1,5 +1,5 @@
 //! Ways to a converged flow where the direct one fails, cheapest first: other numbers of stations, then branches of
-//! solutions from conditions that are easier.
+//! solutions that start from easier conditions.
 
 use super::branch::{Parameter, follow};
 use super::budget::Budget;
@@ -10,35 +10,41 @@ use crate::flow::Attempt;
 use crate::flow::layer::transport::resample;
 use crate::flow::layer::{Layout, Unknowns};
 
-/// Work of the last hope.
+/// Extra work granted when everything else has failed, in Newton iterations on the requested stations.
 const LAST_HOPE: f64 = 100.0;
-/// Iterations of one attempt.
+/// Largest number of iterations of an attempt with a march after each step.
 const PROJECTED: usize = 18;
+/// Largest number of iterations of a direct attempt.
 const DIRECT: usize = 25;
-/// Iterations without progress after which an attempt is given up: fewer than elsewhere, there are others.
+/// Iterations without progress after which an attempt is given up. The number is smaller than elsewhere, because there
+/// are other ways.
 const PATIENCE: usize = 5;
-/// Residual of the solutions that are only a start.
+/// Largest residual of solutions that serve only as a start.
 pub(super) const TOLERANCE: f64 = 1e-5;
-/// Laminar stations of the coarser and finer layouts tried, over those wanted.
+/// Laminar stations of the layouts that are tried first, over the requested number.
 const LAYOUTS: [f64; 2] = [0.6, 0.8];
+/// Laminar stations of the layouts that are tried next, over the requested number.
 const MORE_LAYOUTS: [f64; 2] = [0.45, 1.25];
-/// Laminar stations of the layouts tried as a last hope, over those wanted.
+/// Laminar stations of the layouts that are tried as a last hope, over the requested number.
 const SPARE_LAYOUTS: [f64; 4] = [0.9, 0.7, 1.1, 0.35];
-/// Stations of the layouts on which branches are followed, over those wanted.
+/// Stations of the layouts on which branches are followed, over the requested number.
 const BRANCH_LAYOUTS: [f64; 2] = [0.6, 1.0];
-/// Angles of attack from which branches are followed, in degrees from the one wanted, positive to higher lift by
-/// magnitude.
+/// Angles of attack from which branches are followed first, in degrees from the requested one. Positive values lead to
+/// lift of larger magnitude.
 const NEAR: [f64; 2] = [-2.0, -4.0];
+/// Angles of attack from which branches are followed last, with the units and the sign of [`NEAR`].
 const FAR: [f64; 3] = [-8.0, 2.0, 4.0];
+/// Angles of attack from which branches are followed with temporary trips, with the units and the sign of [`NEAR`].
 const ANGLES_WITH_TRIPS: [f64; 2] = [-4.0, -8.0];
-/// Temporary trips from which to start, over the lengths of the sides.
+/// Distance of the temporary trips from the stagnation point at the start of a branch, over the lengths of the sides.
 const EARLY_TRIP: f64 = 0.02;
 
-/// What a search found: the solution and the layout of its stations.
+/// Result of a search: the solution and the layout of the stations it stands on.
 pub(crate) type Found<A> = (End<A>, Layout);
 
-/// Tries everything for a flow of which `attempts` have been made; `outer` is the outer flow at the angle wanted. `None`
-/// where nothing converged. With it what was tried.
+/// Tries everything for a flow after `attempts` have failed; `outer` is the outer flow at the requested angle.
+///
+/// The result is `None` where nothing converged. The list of all attempts comes with it.
 pub(crate) fn climb<F: Family>(
     family: &F,
     outer: &F::Outer,
@@ -52,7 +58,7 @@ pub(super) struct Ladder<'a, F: Family> {
     pub family: &'a F,
     pub outer: &'a F::Outer,
     pub budget: Budget,
-    /// A solution with other numbers of stations from which none with those wanted was reached.
+    /// A solution on another number of stations from which the requested number was not reached.
     pub spare: Option<(Layout, Unknowns)>,
 }
 
@@ -72,8 +78,8 @@ impl<F: Family> Ladder<'_, F> {
         (found, self.budget.attempts)
     }
 
-    /// A last hope with more layouts; then the flow with other numbers of stations than those wanted, where that is all
-    /// there is.
+    /// Tries more layouts as a last hope, and then settles for the flow on another number of stations where there is
+    /// one.
     fn with_other_stations(&mut self) -> Option<Found<F::At>> {
         let family = self.family;
         if self.spare.is_none() {
@@ -91,7 +97,7 @@ impl<F: Family> Ladder<'_, F> {
         end.converged.then_some((end, layout))
     }
 
-    /// The two quick ways: directly, and with a march after each step.
+    /// Tries the two quick ways: Newton's method alone, and with a march after each step.
     fn quick(&mut self, system: &F::Equations<'_>, start: Unknowns, tolerance: f64, what: &str) -> Option<End<F::At>> {
         let effort = Effort { patience: PATIENCE, ..Effort::new(tolerance, DIRECT) };
         let end = newton::solve(system, start.clone(), effort);
@@ -104,7 +110,7 @@ impl<F: Family> Ladder<'_, F> {
         end.converged.then_some(end)
     }
 
-    /// Solves with other numbers of stations and takes that as a start.
+    /// Solves on other numbers of stations and takes the solution as a start on the requested one.
     fn other_layouts(&mut self, shares: &[f64]) -> Option<End<F::At>> {
         let family = self.family;
         shares.iter().find_map(|share| {
@@ -123,7 +129,7 @@ impl<F: Family> Ladder<'_, F> {
         })
     }
 
-    /// From a solution on another layout to the one wanted.
+    /// Moves from a solution on another layout to one on the requested layout.
     fn land(&mut self, layout: &Layout, from: &Unknowns, what: &str) -> Option<End<F::At>> {
         let family = self.family;
         let system = family.equations(self.outer, family.layout(), family.trips());
@@ -156,8 +162,8 @@ impl<F: Family> Ladder<'_, F> {
         self.by_place(&what, Neighbour { trips: EARLY_TRIP, ..Neighbour::default() }, &[Parameter::Trips])
     }
 
-    /// Solves with trips close to the nose at a neighbouring angle of attack: first the angle changes back, then the trips
-    /// move downstream.
+    /// Solves with trips close to the nose at a neighbouring angle of attack. First the angle changes back, then the
+    /// trips move downstream.
     fn by_angles_with_trips(&mut self) -> Option<End<F::At>> {
         ANGLES_WITH_TRIPS.into_iter().find_map(|by| {
             let turned = by * self.family.lift_sign();
@@ -167,7 +173,8 @@ impl<F: Family> Ladder<'_, F> {
         })
     }
 
-    /// Solves at a place that is easier than the one wanted and follows branches along one parameter after the other.
+    /// Solves at a place that is easier than the requested one and follows branches along one parameter after the
+    /// other.
     fn by_place(&mut self, what: &str, place: Neighbour, parameters: &[Parameter]) -> Option<End<F::At>> {
         BRANCH_LAYOUTS.into_iter().find_map(|share| {
             if self.budget.exhausted() {
@@ -185,7 +192,7 @@ impl<F: Family> Ladder<'_, F> {
     }
 }
 
-/// A solution at a place, by the direct way.
+/// A solution at a place, found by the direct way.
 pub(super) fn start_of_branch<F: Family>(
     family: &F,
     budget: &mut Budget,

@@ -1,11 +1,11 @@
 //! From a start to a converged flow: Newton's method, and other ways where the direct one fails.
 //!
-//! [`Equations`] is what Newton's method ([`newton`], with [`chord`] near the solution) asks of a flow: residuals, their
-//! linearisation, solutions of the linearised system. [`Family`] gives such equations at neighbouring conditions and on
-//! other numbers of stations; the [`ladder`] tries these, cheapest first, and follows [branches](branch) of solutions from
-//! [neighbours](neighbour) where the flow is easier to find, within a [`budget`].
+//! [`Equations`] is the interface through which Newton's method ([`newton`], with [`chord`] near the solution) sees a
+//! flow: residuals, their linearisation, solutions of the linearised system. [`Family`] gives such equations at
+//! neighbouring conditions and on other numbers of stations. The [`ladder`] tries these, cheapest first, and follows
+//! [branches](branch) of solutions from [neighbours](neighbour) where the flow is easier to find, within a [`budget`].
 //!
-//! Depends on the [`layer`](super::layer), whose stations it moves, and knows no outer flow.
+//! This module depends on the [`layer`](super::layer), whose stations it moves, and knows no outer flow.
 
 mod branch;
 mod budget;

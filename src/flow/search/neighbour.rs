@@ -1,26 +1,27 @@
-//! Conditions close to the one wanted, at which the flow is easier to find.
+//! Conditions close to the requested one at which the flow is easier to find.
 
 use super::family::Family;
 use crate::flow::layer::Side;
 
-/// A condition close to the one wanted.
+/// A condition close to the requested one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Neighbour {
-    /// Angle of attack less that wanted, in degrees.
+    /// Angle of attack less the requested one, in degrees.
     pub turned: f64,
-    /// Temporary trips, over the lengths of the sides.
+    /// Distance of temporary trips from the stagnation point over the lengths of the sides; 1 stands for no temporary
+    /// trip.
     pub trips: f64,
 }
 
 impl Default for Neighbour {
-    /// The condition wanted.
+    /// The requested condition.
     fn default() -> Self {
         Self { turned: 0.0, trips: 1.0 }
     }
 }
 
-/// Arc lengths of trips a fraction of each side behind the stagnation point; the trips that are wanted where those come
-/// first.
+/// Arc lengths of the trips on the upper and lower side when temporary trips stand at a fraction of each side behind
+/// the stagnation point. A requested trip that comes earlier stays.
 pub(super) fn temporary_trips(family: &impl Family, fraction: f64) -> [Option<f64>; 2] {
     let wanted = family.trips();
     if fraction >= 1.0 {

@@ -1,4 +1,4 @@
-//! Newton's method with step limits.
+//! Newton's method with limited steps.
 
 use super::chord::Kept;
 use super::family::{Effort, End, Equations, Residuals};
@@ -8,21 +8,22 @@ use crate::flow::layer::{Change, Side, Unknowns};
 /// A residual below this that no longer falls is round-off: the flow is converged.
 const ROUND_OFF: f64 = 1e-8;
 
-/// Growth of the norm of the residuals that a step may bring, and the norm below which it may grow at will.
+/// Factor by which a step may raise the norm of the residuals.
 const GROWTH: f64 = 1.3;
+/// Norm of the residuals below which a step may raise it at will.
 const SMALL: f64 = 0.3;
-/// Lengths of one step tried.
+/// Number of lengths that are tried for one step.
 const SHORTER: usize = 4;
-/// Norm of the residuals from which on Newton's method needs no help.
+/// Norm of the residuals below which Newton's method needs no help.
 const NEAR: f64 = 1e-2;
 
 impl<E: Equations> Kept<'_, E> {
-    /// The step shortened until what it leaves to do, by the same Jacobian, is no more than there was (natural
-    /// monotonicity; Deuflhard, "Newton Methods for Nonlinear Problems", 2004, section 3.3), and the residuals have not
-    /// grown much.
+    /// Shortens a step until the next step, by the current Jacobian, is no longer than this one (natural monotonicity;
+    /// Deuflhard, "Newton Methods for Nonlinear Problems", 2004, section 3.3), and the residuals have not grown much.
     ///
-    /// Each length is tried with the layer staying where it is when the stations move, and with the layer moving along:
-    /// the one suits long moves of transition, the other what is sharp and close to it.
+    /// Each length is tried twice when the stations move: with the layer staying where it is, and with the layer moving
+    /// along. The first suits long moves of transition, the second suits features that are sharp and close to
+    /// transition.
     fn limited(&self, profiles: &Profiles, unknowns: &Unknowns, change: &Change, mut factor: f64) -> Unknowns {
         let layer = self.system.layer();
         let wanted = layer.size(unknowns, change);
@@ -88,7 +89,8 @@ pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -
     End { unknowns, at, residual, iterations: limit, converged: false }
 }
 
-/// As [`solve`], with every state put back onto the boundary-layer equations while the speeds are far apart.
+/// Iterates like [`solve`], but puts every state back onto the boundary-layer equations while the speeds are far from
+/// converged.
 pub(crate) fn solve_projected<E: Equations>(system: &E, start: Unknowns, tolerance: f64, limit: usize) -> End<E::At> {
     let layer = system.layer();
     let mut unknowns = start;

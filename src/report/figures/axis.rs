@@ -1,4 +1,4 @@
-//! Axes: the values they show, and round ticks for them. Depends on nothing.
+//! Axes: the values they show, and round ticks for them. This module depends on nothing else in the crate.
 
 /// One axis: what it shows, and how values become pixels.
 #[derive(Debug, Clone)]

@@ -42,7 +42,7 @@ pub struct AnalysisReport {
 /// Exact derivatives of a flow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FlowGradientsReport {
-    /// What is held while the other inputs change: `"alpha"`, or `"cl"` where the lift was asked for.
+    /// The quantity that is held while the other inputs change: `"alpha"`, or `"cl"` where the lift was asked for.
     pub held: &'static str,
     /// Derivatives of the coefficients, each under the name it has in case files.
     #[serde(flatten)]

@@ -1,22 +1,23 @@
-//! Envelope e^N growth rate (Drela & Giles 1987, equations 29 to 32; constants of XFOIL 6.99).
+//! Growth rate of the amplification factor by the envelope e^N method (Drela & Giles 1987, equations 29 to 32;
+//! constants of XFOIL 6.99).
 
 use crate::scalar::Scalar;
 
 /// Half width of the onset of growth, in decades of the momentum-thickness Reynolds number.
 ///
-/// Published is 0.08 with a cubic ramp. The stations slide over the onset while the shape changes, and a ramp that is
-/// crossed between two of them lets drag feel where they stand. The ramp is symmetric about the critical Reynolds
-/// number, so that its width hardly moves transition: by 7e-5 chords in the median and 5e-3 at most on 595 random points
-/// with free transition, and drag by 0.01 and 0.4 %.
+/// The published value is 0.08, with a cubic ramp. The stations slide over the onset while the shape changes, and a
+/// ramp that is crossed between two stations makes drag depend on where they stand. The ramp is symmetric about the
+/// critical Reynolds number, so that the width hardly moves transition: on 595 random points with free transition by
+/// 7e-5 chords in the median and 5e-3 at most, and drag by 0.01 and 0.4 %.
 const ONSET: f64 = 0.24;
 
-/// Logarithm (base 10) of the Reynolds number at which growth sets in.
+/// Logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in.
 pub(crate) fn critical_reynolds_log<S: Scalar>(hk: S) -> S {
     let h = (hk - 1.0).recip();
     (h.ln() * 0.43).exp() * 2.492 + ((h * 14.0 - 9.24).saturating_tanh() + 1.0) * 0.7
 }
 
-/// Growth of the amplification factor n per length, times the momentum thickness, beyond the onset.
+/// Growth of the amplification factor n per length, multiplied by the momentum thickness, beyond the onset.
 pub(crate) fn envelope_slope<S: Scalar>(hk: S) -> S {
     let h = (hk - 1.0).recip();
     let per_reynolds = (hk - 1.0) * 0.028 - (-(h * 3.87 - 2.52).powi(2)).exp() * 0.0345;
@@ -25,7 +26,7 @@ pub(crate) fn envelope_slope<S: Scalar>(hk: S) -> S {
     per_reynolds * reynolds_growth
 }
 
-/// Growth rate dn/ds in units of one over the length that `theta` is measured in.
+/// Growth rate dn/ds of the amplification factor, per unit of the length in which `theta` is given.
 pub(crate) fn growth_rate<S: Scalar>(hk: S, theta: S, re_theta: S) -> S {
     let r = re_theta.ln() * std::f64::consts::LOG10_E - critical_reynolds_log(hk);
     if r.re() <= -ONSET {

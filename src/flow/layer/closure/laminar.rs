@@ -1,4 +1,5 @@
-//! Laminar relations, fitted to the Falkner-Skan profiles (Drela & Giles 1987, equations 13 to 17; XFOIL constants).
+//! Closure relations of a laminar layer, fitted to the Falkner-Skan profiles (Drela & Giles 1987, equations 13 to 17;
+//! constants of XFOIL).
 
 use crate::scalar::Scalar;
 
@@ -12,7 +13,7 @@ pub(crate) fn energy_shape<S: Scalar>(hk: S) -> S {
     attached + (separated - attached) * weight + 1.528
 }
 
-/// Skin-friction coefficient of a laminar layer.
+/// Skin-friction coefficient of a laminar layer, on the dynamic pressure at the edge.
 pub(crate) fn friction<S: Scalar>(hk: S, re_theta: S) -> S {
     let below = (-hk + 5.5).positive_part(0.02);
     let above = (hk - 5.5).positive_part(0.02);
@@ -21,7 +22,7 @@ pub(crate) fn friction<S: Scalar>(hk: S, re_theta: S) -> S {
     (attached + separated - 0.07) / re_theta
 }
 
-/// Dissipation 2 CD / H* of a laminar layer.
+/// Dissipation 2 CD / H* of a laminar layer, with the dissipation coefficient CD.
 pub(crate) fn dissipation<S: Scalar>(hk: S, re_theta: S) -> S {
     let below = (-hk + 4.0).positive_part(0.02);
     let above = (hk - 4.0).positive_part(0.02).powi(2);
@@ -29,7 +30,7 @@ pub(crate) fn dissipation<S: Scalar>(hk: S, re_theta: S) -> S {
     (below.powi(5) * root * 0.00205 + 0.207 - above * 0.0016 / (above * 0.02 + 1.0)) / re_theta
 }
 
-/// Dissipation 2 CD / H* of one half of a laminar wake.
+/// Dissipation 2 CD / H* of one half of a laminar wake, with the dissipation coefficient CD.
 pub(crate) fn wake_dissipation<S: Scalar>(hk: S, hstar: S, re_theta: S) -> S {
     let defect = -hk.recip() + 1.0;
     defect * defect / (hk * hstar * re_theta) * 2.2

@@ -1,10 +1,11 @@
 //! Closure relations of the two-equation integral boundary layer with lag, one small function each.
 //!
-//! Sources: Drela & Giles, AIAA J. 25(10) 1347 (1987); Drela, XFOIL, LNAE 54 (1989); constants as in XFOIL 6.99.
-//! Each is written once, generic over [`Scalar`](crate::scalar::Scalar), and depends on `scalar` only.
-//! `hk` is the kinematic shape parameter, `re_theta` the Reynolds number of the momentum thickness.
+//! Sources: Drela & Giles, AIAA J. 25(10) 1347 (1987); Drela, XFOIL, LNAE 54 (1989); constants as in XFOIL 6.99. Each
+//! relation is written once, generic over [`Scalar`](crate::scalar::Scalar), and depends on `scalar` only. Throughout,
+//! `hk` is the kinematic shape parameter Hk, `re_theta` the Reynolds number of the momentum thickness, `hstar` the
+//! kinetic-energy shape parameter H*, `us` the slip speed Us and `mach2` the square of the Mach number at the edge.
 //!
-//! The published relations hold kinks and jumps (clips, branches). Here every one of them is rounded off within the
+//! The published relations have kinks and jumps (clips, branches). Here every one of them is rounded off within the
 //! accuracy of the relation itself; the width is in the units of the clipped quantity:
 //!
 //! | relation | published | here |
@@ -28,12 +29,13 @@ pub(crate) mod turbulent;
 
 use crate::scalar::Scalar;
 
-/// Smooth maximum: exact to `width²/(4 |a − b|)` away from equality, above by `width/2` there.
+/// Smooth maximum of `a` and `b`: larger than the exact one by `width²/(4 |a − b|)` away from equality and by `width/2`
+/// at it.
 pub(crate) fn larger<S: Scalar>(a: S, b: S, width: f64) -> S {
     b + (a - b).positive_part(width)
 }
 
-/// Smooth minimum, the mirror image of [`larger`].
+/// Smooth minimum of `a` and `b`, the mirror image of [`larger`].
 pub(crate) fn smaller<S: Scalar>(a: S, b: S, width: f64) -> S {
     b - (b - a).positive_part(width)
 }

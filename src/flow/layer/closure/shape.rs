@@ -1,9 +1,10 @@
-//! Shape parameters that laminar and turbulent layers share.
+//! Shape parameters and the thickness that laminar and turbulent layers share.
 
 use super::smaller;
 use crate::scalar::Scalar;
 
-/// Shape parameter H = δ*/θ from the kinematic one (Whitfield; Drela & Giles 1987, equation 9 solved for H).
+/// Shape parameter H = δ*/θ from the kinematic shape parameter (Whitfield; Drela & Giles 1987, equation 9 solved for
+/// H).
 pub(crate) fn shape_parameter<S: Scalar>(hk: S, mach2: S) -> S {
     hk * (mach2 * 0.113 + 1.0) + mach2 * 0.29
 }
@@ -19,13 +20,13 @@ pub(crate) fn density_shape<S: Scalar>(hk: S, mach2: S) -> S {
     mach2 * ((hk - 0.8).recip() * 0.064 + 0.251)
 }
 
-/// Thickness δ of the layer (Drela & Giles 1987, equation 23), at most 12 θ.
+/// Thickness δ of the layer (Drela & Giles 1987, equation 23), at most 12 θ, in the unit of `theta` and `displacement`.
 pub(crate) fn thickness<S: Scalar>(hk: S, theta: S, displacement: S) -> S {
     let ratio = (hk - 1.0).recip() * 1.72 + 3.15 + displacement / theta;
     theta * smaller(ratio, S::from(12.0), 0.1)
 }
 
-/// Kinetic-energy shape parameter at Mach number: Whitfield's correction of the incompressible value.
+/// Kinetic-energy shape parameter H* at a Mach number, by Whitfield's correction of the incompressible value.
 pub(crate) fn compressible_energy_shape<S: Scalar>(hstar: S, mach2: S) -> S {
     (hstar + mach2 * 0.028) / (mach2 * 0.014 + 1.0)
 }

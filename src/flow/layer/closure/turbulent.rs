@@ -1,25 +1,26 @@
-//! Turbulent relations (Swafford's profiles; Drela & Giles 1987, equations 18 to 28; constants of XFOIL 6.99).
+//! Closure relations of a turbulent layer (Swafford's profiles; Drela & Giles 1987, equations 18 to 28; constants of
+//! XFOIL 6.99).
 
 use super::{laminar, larger, smaller};
 use crate::scalar::Scalar;
 
-/// Slope of the G-beta locus, A.
+/// Slope A of the G-beta locus of equilibrium layers.
 pub(crate) const LOCUS_A: f64 = 6.7;
-/// Width of the G-beta locus, B.
+/// Width B of the G-beta locus of equilibrium layers.
 pub(crate) const LOCUS_B: f64 = 0.75;
-/// Wall term of the G-beta locus, C.
+/// Wall term C of the G-beta locus of equilibrium layers.
 const LOCUS_C: f64 = 18.0;
-/// Lag constant.
+/// Constant of the lag equation of the shear stress.
 pub(crate) const LAG: f64 = 5.6;
-/// Ratio of dissipation lengths, wall to wake.
+/// Ratio of the dissipation length at a wall to that in the wake.
 pub(crate) const WAKE_DISSIPATION_LENGTH: f64 = 0.9;
 
-/// Wall-bounded layer or wake.
+/// Kind of turbulent flow: a layer on a wall or the wake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Turbulent layer on a wall.
     Wall,
-    /// Both halves of the wake together.
+    /// The wake, both halves together.
     Wake,
 }
 
@@ -36,7 +37,7 @@ pub(crate) fn energy_shape<S: Scalar>(hk: S, re_theta: S) -> S {
     attached + separated + base
 }
 
-/// Skin-friction coefficient of a turbulent layer, not below the laminar one.
+/// Skin-friction coefficient of a turbulent layer on the dynamic pressure at the edge, not below the laminar one.
 pub(crate) fn friction<S: Scalar>(hk: S, re_theta: S, mach2: S) -> S {
     let fc = (mach2 * 0.2 + 1.0).sqrt();
     let log = larger((re_theta / fc).ln(), S::from(3.0), 0.05);
@@ -47,7 +48,7 @@ pub(crate) fn friction<S: Scalar>(hk: S, re_theta: S, mach2: S) -> S {
     larger((wall + defect) / fc, laminar::friction(hk, re_theta), 2e-5)
 }
 
-/// Equivalent normalised slip speed Us.
+/// Equivalent slip speed Us of the wall layer, over the speed at the edge. `h` is the shape parameter H.
 pub(crate) fn slip_speed<S: Scalar>(hk: S, h: S, hstar: S, kind: Kind) -> S {
     let us = hstar * 0.5 * (-((hk - 1.0) / (h * LOCUS_B)) + 1.0);
     match kind {
@@ -56,7 +57,7 @@ pub(crate) fn slip_speed<S: Scalar>(hk: S, h: S, hstar: S, kind: Kind) -> S {
     }
 }
 
-/// Hk − 1 − C/Re of the G-beta locus, positive; without the wall term in the wake.
+/// The term Hk − 1 − C/Re of the G-beta locus, kept positive. In the wake there is no wall term C/Re.
 pub(crate) fn locus_shape<S: Scalar>(hk: S, re_theta: S, kind: Kind) -> S {
     let wall = match kind {
         Kind::Wall => re_theta.recip() * LOCUS_C,
@@ -65,14 +66,14 @@ pub(crate) fn locus_shape<S: Scalar>(hk: S, re_theta: S, kind: Kind) -> S {
     larger(hk - 1.0 - wall, S::from(0.01), 0.01)
 }
 
-/// Square root of the equilibrium shear-stress coefficient.
+/// Square root of the shear-stress coefficient of an equilibrium layer.
 pub(crate) fn equilibrium_stress_root<S: Scalar>(hk: S, h: S, hstar: S, us: S, re_theta: S, kind: Kind) -> S {
     let constant = 0.5 / (LOCUS_A * LOCUS_A * LOCUS_B);
     let hkc = locus_shape(hk, re_theta, kind);
     (hstar * (hk - 1.0) * hkc * hkc * constant / ((-us + 1.0) * h * hk * hk)).sqrt()
 }
 
-/// Logarithmic speed gradient u'/u of an equilibrium layer of the same state.
+/// Logarithmic speed gradient u'/u, per length, at which a layer of the given state is in equilibrium.
 pub(crate) fn equilibrium_gradient<S: Scalar>(hk: S, re_theta: S, friction: S, displacement: S, kind: Kind) -> S {
     let a = match kind {
         Kind::Wall => LOCUS_A,
@@ -93,19 +94,20 @@ pub(crate) fn wall_dissipation<S: Scalar>(hk: S, hstar: S, us: S, friction: S, s
     larger(wall + outer_dissipation(hstar, us, stress_root, re_theta), laminar::dissipation(hk, re_theta), 1e-5)
 }
 
-/// Dissipation 2 CD / H* of the wake, both halves.
+/// Dissipation 2 CD / H* of both halves of the wake together. `stress_root` is the square root of the shear-stress
+/// coefficient.
 pub(crate) fn wake_dissipation<S: Scalar>(hk: S, hstar: S, us: S, stress_root: S, re_theta: S) -> S {
     let outer = outer_dissipation(hstar, us, stress_root, re_theta);
     larger(outer, laminar::wake_dissipation(hk, hstar, re_theta), 1e-6) * 2.0
 }
 
-/// Outer-layer part of the dissipation: shear stress and laminar stress against the slip speed.
+/// Part of the dissipation 2 CD / H* in the outer layer: turbulent and laminar shear stress against the slip speed.
 fn outer_dissipation<S: Scalar>(hstar: S, us: S, stress_root: S, re_theta: S) -> S {
     let defect = -us + 0.995;
     (stress_root * stress_root * defect + defect * defect / re_theta * 0.15) * 2.0 / hstar
 }
 
-/// Square root of the shear-stress coefficient just behind transition, over that of equilibrium (XFOIL 6.99).
+/// Square root of the shear-stress coefficient just behind transition, over its equilibrium value (XFOIL 6.99).
 pub(crate) fn initial_stress_ratio<S: Scalar>(hk: S) -> S {
     (-(hk - 1.0).recip() * 3.3).exp() * 1.8
 }

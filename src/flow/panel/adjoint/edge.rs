@@ -6,16 +6,16 @@ use super::sums::Vectors;
 use crate::flow::duals::{Dual8, gradient};
 use crate::flow::panel::edge::Cut;
 
-/// The cut as a function of nodes 0, 1, N − 2, N − 1 (two directions each).
+/// The cut as a function of the nodes 0, 1, N − 2 and N − 1, with two directions per node.
 fn cut_dual(nodes: &[[f64; 2]]) -> Cut<Dual8> {
     let n = nodes.len();
     let at = |i: usize, k: usize| [0, 1].map(|c| Dual8::from_re(nodes[i][c]).derivative(2 * k + c));
     Cut::new([at(0, 0), at(1, 1)], [at(n - 2, 2), at(n - 1, 3)])
 }
 
-/// The onset flow through the cut, and its points and its direction, which move with the four nodes at the edge: from
-/// the `velocity` at the points, which come first, and the derivatives of its component through the cut with respect to
-/// them.
+/// Adds the onset flow through the cut, and the motion of the points and of the direction of the cut with the four
+/// nodes at the edge. `velocity` is the velocity at the points, the points of the cut first; `by_point` are the
+/// derivatives of the component through the cut with respect to the points.
 pub(super) fn add_cut(
     reverse: &Reverse,
     weights: &Lanes,

@@ -11,11 +11,11 @@ use crate::flow::panel::polar::{Pairs, Straight};
 use num_dual::DualNum;
 use std::ops::Range;
 
-/// Multipliers of the panel equations, negative.
+/// Negative multipliers of the panel equations.
 pub(super) struct PanelWeights {
-    /// Multipliers of the stream function at the nodes.
+    /// Negative multipliers of the stream function at the nodes.
     pub stream: Coefficients<Vec<f64>>,
-    /// Multipliers of the mean velocity through the cut at the trailing edge.
+    /// Negative multipliers of the mean velocity through the cut at the trailing edge.
     pub edge: Lanes,
 }
 
@@ -36,7 +36,7 @@ pub(super) fn panel_weights(reverse: &Reverse) -> PanelWeights {
     }
 }
 
-/// A panel seen from a point, with the relative positions of its ends as variables.
+/// A panel relative to a point, with the positions of its ends as variables.
 pub(super) fn seen_from(point: [f64; 2], panel: [[f64; 2]; 2]) -> [[Dual4; 2]; 2] {
     [0, 1].map(|end| [0, 1].map(|c| Dual4::from_re(panel[end][c] - point[c]).derivative(2 * end + c)))
 }
@@ -51,9 +51,9 @@ pub(super) fn origin() -> [Dual4; 2] {
 struct SurfaceStream<'a> {
     pairs: Pairs<'a>,
     panel: Straight,
-    /// At the two ends.
+    /// Vortex strengths at the two ends.
     strengths: [f64; 2],
-    /// Rise of the defect over the panel.
+    /// Rise of the smoothed mass defect over the panel.
     jump: f64,
 }
 
@@ -76,7 +76,7 @@ impl Quantity<3> for SurfaceStream<'_> {
 struct WakeStream<'a> {
     pairs: Pairs<'a>,
     panel: Straight,
-    /// At the two ends.
+    /// Source strengths at the two ends.
     strengths: [f64; 2],
 }
 
@@ -93,6 +93,7 @@ impl Quantity<3> for WakeStream<'_> {
     }
 }
 
+/// Adds the derivatives of the panel equations with respect to the nodes and the angle of attack.
 pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
@@ -129,7 +130,7 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
     points.add_weighted(&by_point, collected);
 }
 
-/// Strengths per length of the closing panel for unit edge speed, with derivatives with respect to the first two
+/// Vortex and source strength of the closing panel per unit edge speed, with derivatives with respect to the first two
 /// nodes and the last two.
 pub(super) fn closing_strengths(reverse: &Reverse) -> [Dual8; 2] {
     let nodes = &reverse.section.panels.outline.nodes;
@@ -142,14 +143,14 @@ pub(super) fn closing_strengths(reverse: &Reverse) -> [Dual8; 2] {
     [frame.vortex / length, frame.source / length]
 }
 
-/// The trailing edge as a function of nodes 0, 1, N − 2, N − 1 (two directions each).
+/// The frame of the trailing edge as a function of the nodes 0, 1, N − 2 and N − 1, with two directions per node.
 pub(super) fn edge_frame_dual(nodes: &[[f64; 2]]) -> TrailingEdgeFrame<Dual8> {
     let n = nodes.len();
     let at = |i: usize, k: usize| [0, 1].map(|c| Dual8::from_re(nodes[i][c]).derivative(2 * k + c));
     TrailingEdgeFrame::new([at(0, 0), at(1, 1)], [at(n - 2, 2), at(n - 1, 3)])
 }
 
-/// Adds a gradient over the four edge nodes, times the weight of every coefficient.
+/// Adds a gradient with respect to the four edge nodes, times the weight of every coefficient.
 pub(super) fn scatter_edge(g: [f64; 8], weights: &Lanes, nodes: &mut Coefficients<Vec<[f64; 2]>>) {
     for (nodes, weight) in nodes.iter_mut().zip(weights) {
         let n = nodes.len();
@@ -161,12 +162,14 @@ pub(super) fn scatter_edge(g: [f64; 8], weights: &Lanes, nodes: &mut Coefficient
     }
 }
 
-/// Stream function of the closing panel of a blunt edge; its parts per strength come last.
+/// Stream function of the closing panel of a blunt edge. The last two numbers are the parts per vortex and per source
+/// strength.
 struct ClosingStream<'a> {
     pairs: Pairs<'a>,
     panel: Straight,
-    /// Strengths, each the same at both ends.
+    /// Vortex strength, equal at both ends.
     vortex: f64,
+    /// Source strength, equal at both ends.
     source: f64,
 }
 
@@ -185,7 +188,7 @@ impl Quantity<5> for ClosingStream<'_> {
     }
 }
 
-/// The closing panel; adds to `by_point` what the points see.
+/// Adds the closing panel, and adds to `by_point` the derivatives with respect to the points that see it.
 fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut Vectors, collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
@@ -204,7 +207,8 @@ fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut Vectors, colle
     scatter_edge(gradient(&source), &by_source, &mut collected.nodes);
 }
 
-/// Wake sources in the stream function at the nodes; adds to the nodes and to the ends of the wake's half panels.
+/// Adds the wake sources in the stream function at the nodes: derivatives with respect to the nodes and to the ends of
+/// the half panels of the wake.
 pub(super) fn add_wake_stream(
     reverse: &Reverse,
     weights: &PanelWeights,

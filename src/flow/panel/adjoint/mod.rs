@@ -1,9 +1,10 @@
-//! Exact sensitivities of a converged solution by its adjoint.
+//! Exact derivatives of a converged solution by the adjoint method.
 //!
-//! For an output J with multipliers λ (transposed coupled system, factors at hand) the derivative with respect to any
-//! input p is ∂J/∂p − λ·∂R/∂p. The vortex strengths are carried as explicit variables with the multipliers of the
-//! panel equations, so that every term is local: a panel and a point, an interval, a spline coefficient. All local
-//! derivatives come from dual numbers of the kernels themselves; all coefficients share one sweep.
+//! For an output J with multipliers λ (from the transposed coupled system, whose factors are at hand) the derivative
+//! with respect to any input p is ∂J/∂p − λ·∂R/∂p, with the residuals R. The vortex strengths are carried as explicit
+//! variables with the multipliers of the panel equations, so that every term is local: a panel and a point, an
+//! interval, a spline coefficient. All local derivatives come from dual numbers of the kernels themselves, and all
+//! coefficients share one sweep.
 
 mod edge;
 mod influence;
@@ -24,7 +25,7 @@ use super::solved::Solved;
 use crate::flow::coefficients::Gradients;
 use reverse::{Collected, Reverse};
 
-/// All derivatives of all coefficients at fixed angle of attack.
+/// Derivatives of all coefficients with respect to all inputs, at fixed angle of attack.
 pub(super) fn gradients(solved: &Solved, reduced: &Reduced) -> Gradients {
     let direct = direct(solved);
     let reverse = Reverse::new(solved, reduced, &direct);

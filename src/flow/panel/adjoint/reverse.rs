@@ -1,4 +1,5 @@
-//! The multipliers of all coefficients where the reverse sweep needs them, and what the sweep collects.
+//! The multipliers of all coefficients in the form the reverse sweep needs, and the derivatives that the sweep
+//! collects.
 
 use crate::differentiate::Tangent;
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients, Derivatives, Gradients};
@@ -14,29 +15,31 @@ use crate::flow::panel::outline::balance;
 use crate::flow::panel::solved::{Direct, Solved, output_gradient, through_defects};
 use nalgebra::{DMatrix, DVector, SVector};
 
-/// The numbers of all coefficients together, in the order of [`Coefficients::to_array`].
+/// One number per coefficient, in the order of [`Coefficients::to_array`].
 pub(super) type Lanes = SVector<f64, COEFFICIENTS>;
 
-/// The multipliers of all outputs in the places where the reverse sweep needs them.
+/// The multipliers of all coefficients in the places where the reverse sweep needs them.
 pub(super) struct Reverse<'a> {
     pub section: &'a SectionResponse,
     pub flow: &'a FlowResponse,
     pub at: &'a Linearised,
+    /// Multipliers of all equations of the coupled system.
     pub multipliers: Multipliers<COEFFICIENTS>,
     /// Weight of the strength at every point along the surface.
     pub point_weights: Coefficients<Vec<f64>>,
     /// Weight of the speed at every wake node.
     pub wake_weights: Coefficients<Vec<f64>>,
-    /// Sensitivity to the strengths at the nodes, as an explicit variable.
+    /// Sensitivity to the strengths at the nodes, as explicit variables.
     pub strengths: Coefficients<Vec<f64>>,
-    /// Sensitivity to the defects at the nodes as projected.
+    /// Sensitivity to the mass defects at the nodes as projected, before smoothing.
     pub node_mass: Coefficients<Vec<f64>>,
-    /// Sensitivity to the unsigned defect of every station.
+    /// Sensitivity to the unsigned mass defect of every station.
     pub mass: Coefficients<Vec<f64>>,
+    /// Strengths of the sheets on the panels of the solution.
     pub at_solution: Strengths,
 }
 
-/// What stands on the panels of a solution.
+/// Strengths of the sheets on the panels of a solution, in units of the onset speed.
 pub(super) struct Strengths {
     /// Vortex strengths at the nodes.
     pub nodes: Vec<f64>,
@@ -57,21 +60,25 @@ impl Strengths {
     }
 }
 
-/// What the sweep collects: derivatives with respect to the balanced nodes and the scalars.
+/// The derivatives that the sweep collects: with respect to the balanced nodes, and with respect to the scalar inputs.
 pub(super) struct Collected {
+    /// Derivatives with respect to the balanced nodes.
     pub nodes: Coefficients<Vec<[f64; 2]>>,
+    /// Derivatives with respect to the angle of attack, per radian.
     pub alpha: Lanes,
+    /// Derivatives with respect to the Mach number.
     pub mach: Lanes,
+    /// Derivatives with respect to the Reynolds number.
     pub reynolds: Lanes,
 }
 
-/// One number of every coefficient.
+/// One number per coefficient, taken from each by `number`.
 pub(super) fn lanes<T>(of: &Coefficients<T>, number: impl FnMut(&T) -> f64) -> Lanes {
     Lanes::from(of.as_ref().map(number).to_array())
 }
 
 impl Collected {
-    /// What the coefficients depend on directly.
+    /// The direct dependence of the coefficients, to which the sweep adds.
     pub fn new(direct: &Coefficients<Direct>) -> Self {
         Self {
             nodes: direct.as_ref().map(|d| d.balanced.clone()),
@@ -81,7 +88,7 @@ impl Collected {
         }
     }
 
-    /// Mach and Reynolds number through the boundary layer: equations and mass defects.
+    /// Adds the effect of the Mach and the Reynolds number through the boundary-layer equations and the mass defects.
     pub fn add_gas(&mut self, solved: &Solved, reverse: &Reverse) {
         let layer = &solved.system.layer;
         let first = layer.numbering().wake_start();
@@ -110,7 +117,8 @@ impl Collected {
         self.reynolds += sums[1];
     }
 
-    /// From the balanced nodes to those given.
+    /// Turns the derivatives with respect to the balanced nodes into those with respect to the nodes as they were
+    /// given.
     pub fn finish(self, nodes: &[[f64; 2]]) -> Gradients {
         let n = nodes.len();
         let mut given = self.nodes.as_ref().map(|balanced| {
@@ -195,7 +203,7 @@ impl<'a> Reverse<'a> {
         })
     }
 
-    /// Adds what reaches the strengths and the node defects through the edge-speed equations.
+    /// Adds the sensitivities that reach the strengths and the node defects through the edge-speed equations.
     fn complete(&mut self) {
         let (section, flow) = (self.section, self.flow);
         let n = section.len();
@@ -227,13 +235,14 @@ impl<'a> Reverse<'a> {
     }
 }
 
-/// One column per coefficient.
+/// A matrix with one column per coefficient.
 pub(super) fn by_columns(each: &Coefficients<Vec<f64>>) -> DMatrix<f64> {
     let columns = each.as_ref().to_array();
     DMatrix::from_fn(each.cl.len(), COEFFICIENTS, |i, o| columns[o][i])
 }
 
-/// The edge-speed equation is u − (±γ) = 0 and the stagnation equation γ = 0: weights of γ at the points in −λ·R.
+/// Weights of the strength γ at the points in −λ·R for one output. The edge-speed equation is u − (±γ) = 0 and the
+/// stagnation equation γ = 0.
 fn point_weights(numbering: &Numbering, multipliers: &Multipliers<COEFFICIENTS>, output: usize) -> Vec<f64> {
     let mut weights = vec![0.0; numbering.points()];
     for side in Side::BOTH {

@@ -1,8 +1,8 @@
 //! Derivatives of sums over panels and points, collected panel by panel.
 //!
-//! A kernel sees a point in the frame of a panel: two coordinates and the length. With its derivatives to those three
-//! (dual numbers of width three) the derivatives to the ends of the panel need only sums over the points, which are
-//! turned into the outer frame once a panel.
+//! A kernel sees a point in the frame of a panel: two coordinates and the length of the panel. The derivatives with
+//! respect to those three numbers come from dual numbers of width three. From them the derivatives with respect to the
+//! ends of the panel need only sums over the points, which are turned into the outer frame once per panel.
 
 use super::reverse::{Collected, Lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
@@ -14,7 +14,7 @@ use num_dual::DualNum;
 use pulp::{NullaryFnOnce, Simd, WithSimd};
 use std::ops::Range;
 
-/// The variables of a panel seen from a point.
+/// The coordinates of a point in the frame of a panel and the length of the panel, as three independent variables.
 #[inline(always)]
 pub(super) fn variables(panel: &Straight, point: [f64; 2]) -> ([Dual3; 2], Dual3) {
     let [x, z] = panel.local(point);
@@ -22,12 +22,16 @@ pub(super) fn variables(panel: &Straight, point: [f64; 2]) -> ([Dual3; 2], Dual3
     (at, Dual3::from_re(panel.length).derivative(2))
 }
 
-/// Points that see a panel, with their weights.
+/// Points that see a panel, with one weight per coefficient and point.
 pub(super) struct Points {
+    /// Coordinate x of every point, in chords.
     pub x: Vec<f64>,
+    /// Coordinate y of every point, in chords.
     pub y: Vec<f64>,
+    /// Weights of every point, one number per coefficient.
     pub weights: Vec<Lanes>,
-    /// The weights coefficient by coefficient, with zeros up to whole steps of points and of coefficients.
+    /// The weights coefficient by coefficient, filled up with zeros to whole steps of points and whole groups of
+    /// coefficients.
     by_coefficient: [Vec<f64>; PADDED],
 }
 
@@ -53,12 +57,13 @@ impl Points {
         [self.x[i], self.y[i]]
     }
 
-    /// The weighted sum over the points of one of the numbers.
+    /// The weighted sum over the points of the number at position `number`.
     pub fn sum<const N: usize>(&self, slopes: &Slopes<N>, number: usize) -> Lanes {
         Lanes::from_fn(|o, _| slopes.weighted(number, &self.by_coefficient[o]))
     }
 
-    /// Adds to the derivatives with respect to the points, nodes of the section, what they see.
+    /// Adds the weighted derivatives with respect to the points to those with respect to the nodes; the points are the
+    /// nodes of the section.
     pub fn add_weighted(&self, by_point: &Vectors, collected: &mut Collected) {
         for (o, nodes) in collected.nodes.iter_mut().enumerate() {
             for (i, (node, weights)) in nodes.iter_mut().zip(&self.weights).enumerate() {
@@ -70,9 +75,10 @@ impl Points {
     }
 }
 
-/// Points whose numbers stand together, kind after kind, so that vectors can be made of them.
+/// Number of points whose numbers stand together, kind after kind, so that vectors can be made of them.
 const BLOCK: usize = 192;
-/// Points that the sums take at a time, the last of them with weights of zero: a multiple of any vector's length.
+/// Number of points that the sums take at a time, the last of them with weights of zero: a multiple of the length of
+/// any vector.
 const STEP: usize = 8;
 
 const _: () = assert!(BLOCK.is_multiple_of(STEP), "sums would leave numbers out");
@@ -80,13 +86,15 @@ const _: () = assert!(BLOCK.is_multiple_of(STEP), "sums would leave numbers out"
 /// The numbers of one quantity at the points of a block.
 #[derive(Clone)]
 struct SlopeBlock<const N: usize> {
+    /// The numbers, kind after kind, one per point.
     numbers: [[f64; BLOCK]; N],
-    /// Coefficients of the unit vector along the panel.
+    /// Coefficients of the two components of the unit vector along the panel, one per point.
     turn: [[f64; BLOCK]; 2],
 }
 
-/// What one panel does at all points; the first three numbers are the derivatives of a quantity with respect to the
-/// coordinates of the point in the frame of the panel and to the length of the panel.
+/// The values at all points of a quantity that one panel contributes to. The first three numbers per point are the
+/// derivatives of the quantity with respect to the coordinates of the point in the frame of the panel and to the length
+/// of the panel.
 pub(super) struct Slopes<const N: usize>(Vec<SlopeBlock<N>>);
 
 impl<const N: usize> Slopes<N> {
@@ -95,7 +103,8 @@ impl<const N: usize> Slopes<N> {
         Self(vec![block; points.div_ceil(BLOCK)])
     }
 
-    /// Evaluates a quantity at all points: at those of `special` where `place` says they are, elsewhere at all others.
+    /// Evaluates a quantity at all points. Points listed in `special` take the place on the panel that `place` gives;
+    /// all others lie elsewhere.
     pub fn fill(
         &mut self,
         points: &Points,
@@ -114,12 +123,13 @@ impl<const N: usize> Slopes<N> {
         }
     }
 
-    /// Adds the slopes in the outer frame to those of every point.
+    /// Adds the slopes, turned into the outer frame, to the derivatives with respect to every point.
     pub fn add_outer(&self, panel: &Straight, by_point: &mut Vectors) {
         self.add_vectors([0, 1], panel, by_point);
     }
 
-    /// Adds vectors that have two of the numbers as coordinates in the frame of the panel.
+    /// Adds the vectors whose coordinates in the frame of the panel are the numbers at the positions `along` and
+    /// `across`.
     pub fn add_vectors(&self, [along, across]: [usize; 2], panel: &Straight, sums: &mut Vectors) {
         let [x, y] = &mut sums.0;
         for ((block, x), y) in self.0.iter().zip(x.chunks_mut(BLOCK)).zip(y.chunks_mut(BLOCK)) {
@@ -127,7 +137,7 @@ impl<const N: usize> Slopes<N> {
         }
     }
 
-    /// The sum over the points of one of the numbers.
+    /// The weighted sum over the points of the number at position `k`.
     pub fn weighted(&self, k: usize, weights: &[f64]) -> f64 {
         self.0
             .iter()
@@ -138,7 +148,7 @@ impl<const N: usize> Slopes<N> {
 }
 
 impl<const N: usize> SlopeBlock<N> {
-    /// The first three kinds of numbers.
+    /// The first three numbers of every point: the slopes.
     #[inline(always)]
     fn slopes(&self) -> [&[f64; BLOCK]; 3] {
         std::array::from_fn(|k| &self.numbers[k])
@@ -155,7 +165,7 @@ impl<const N: usize> SlopeBlock<N> {
     }
 }
 
-/// Adds vectors of the frame of a panel.
+/// Adds vectors given in the frame of a panel to sums in the outer frame.
 fn add_outer(panel: &Straight, along: &[f64], across: &[f64], sum_x: &mut [f64], sum_y: &mut [f64]) {
     for (((sum_x, sum_y), along), across) in sum_x.iter_mut().zip(sum_y).zip(along).zip(across) {
         let [x, y] = panel.outer([*along, *across]);
@@ -164,7 +174,7 @@ fn add_outer(panel: &Straight, along: &[f64], across: &[f64], sum_x: &mut [f64],
     }
 }
 
-/// A vector at every point, its two coordinates apart.
+/// One vector per point, the two coordinates in separate lists.
 pub(super) struct Vectors([Vec<f64>; 2]);
 
 impl Vectors {
@@ -182,12 +192,12 @@ impl Vectors {
     }
 }
 
-/// What a panel does at a point.
+/// A quantity at a point that one panel contributes to.
 pub(super) trait Quantity<const N: usize> {
-    /// The same for some of the points only: lets a loop over these run without checks of the index.
+    /// The quantity for a range of points only, so that a loop over these runs without checks of the index.
     fn of(&self, points: Range<usize>) -> Self;
 
-    /// At point `i`, which has the coordinates `at` in the frame of the panel.
+    /// The numbers of the quantity at point `i`, which has the coordinates `at` in the frame of the panel.
     fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; N];
 
     /// Coefficients of the unit vector along the panel at point `i`, beyond those that follow from the slopes.
@@ -197,7 +207,8 @@ pub(super) trait Quantity<const N: usize> {
     }
 }
 
-/// The numbers at point `i` of a quantity, which stands at `point`; the coefficients of the unit vector.
+/// The numbers of a quantity at point `i`, which stands at `point`, and the coefficients of the unit vector along the
+/// panel.
 #[inline(always)]
 fn seen<const N: usize>(
     panel: &Straight,
@@ -234,7 +245,7 @@ impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
     }
 }
 
-/// Never inlined, so that the compiler knows that what it writes to is nothing it reads.
+/// Fills a block. The function is never inlined, so that the compiler knows that it writes to nothing it reads.
 #[inline(never)]
 fn fill_vectorised<const N: usize, Q: Quantity<N>>(
     block: &mut SlopeBlock<N>,
@@ -245,27 +256,27 @@ fn fill_vectorised<const N: usize, Q: Quantity<N>>(
     pulp::Arch::new().dispatch(Fill { block, points, panel, quantity });
 }
 
-/// Numbers that a panel's sums consist of.
+/// Number of sums per panel: two of the shift, two of the turn, one of the stretch.
 const SUMS: usize = 5;
 
-/// The sums over the points for a panel with these slopes.
+/// The sums over the points for a panel with the given slopes.
 pub(super) fn panel_sums<const N: usize>(points: &Points, slopes: &Slopes<N>) -> PanelSums {
     let sums = pulp::Arch::new().dispatch(Weighted { slopes, weights: &points.by_coefficient });
     let [along, across, x, y, stretch] = sums.map(|sums| Lanes::from_fn(|o, _| sums[o]));
     PanelSums { shift: [along, across], turn: [x, y], stretch }
 }
 
-/// Sums of terms times weights, for every kind of term and every coefficient; a product of two narrow matrices, for which
-/// blocks are too wide.
+/// Sums of terms times weights for every kind of term and every coefficient. This is a product of two narrow matrices,
+/// for which the blocks of a matrix library are too wide.
 struct Weighted<'a, const N: usize> {
     slopes: &'a Slopes<N>,
-    /// Filled up with zeros to whole steps.
+    /// Weights of every coefficient, filled up with zeros to whole steps.
     weights: &'a [Vec<f64>; PADDED],
 }
 
-/// Coefficients summed at a time: more need more registers than there are.
+/// Number of coefficients that are summed at a time; more would need more registers than there are.
 const TOGETHER: usize = 2;
-/// Number of coefficients, in whole groups.
+/// Number of coefficients, rounded up to whole groups.
 const PADDED: usize = COEFFICIENTS.next_multiple_of(TOGETHER);
 
 impl<const N: usize> WithSimd for Weighted<'_, N> {
@@ -299,27 +310,28 @@ impl<const N: usize> WithSimd for Weighted<'_, N> {
     }
 }
 
-/// Coefficients of the unit vector along the panel in the coordinates of a point, times the slopes with respect to those.
+/// Coefficients of the unit vector along the panel in the coordinates of a point, times the slopes with respect to
+/// these coordinates.
 #[inline(always)]
 fn turned(panel: &Straight, point: [f64; 2], by_x: f64, by_z: f64) -> [f64; 2] {
     let (px, py) = (point[0] - panel.start[0], point[1] - panel.start[1]);
     [by_x * px + by_z * py, by_x * py - by_z * px]
 }
 
-/// Sums over points of what depends on one panel, for all coefficients.
+/// Weighted sums over the points of the derivatives with respect to one panel, for all coefficients.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PanelSums {
-    /// Derivatives with respect to the coordinates of the points.
+    /// Derivatives with respect to a shift of all points along and across the panel.
     shift: [Lanes; 2],
     /// Coefficients of the unit vector along the panel.
     turn: [Lanes; 2],
-    /// Coefficients of the length.
+    /// Coefficients of the length of the panel.
     stretch: Lanes,
 }
 
 impl PanelSums {
-    /// Adds the derivatives with respect to both ends of the panel, which are `ends` and have the numbers `at` among the
-    /// points of `targets`.
+    /// Adds the derivatives with respect to both ends of the panel. The ends stand at `ends` and have the numbers `at`
+    /// among the points of `targets`.
     pub fn scatter(&self, ends: [[f64; 2]; 2], at: [usize; 2], targets: &mut Coefficients<Vec<[f64; 2]>>) {
         let unit = |end: usize, c: usize| Dual4::from_re(ends[end][c]).derivative(2 * end + c);
         let (dx, dy) = (unit(1, 0) - unit(0, 0), unit(1, 1) - unit(0, 1));

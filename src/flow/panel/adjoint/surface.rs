@@ -1,5 +1,5 @@
-//! Reverse sweep through the surface coordinate: positions of the stations, splines, projection, sub-panel speeds,
-//! trips; down to the lengths of the panels.
+//! Reverse sweep through the surface coordinate, down to the lengths of the panels: positions of the stations, splines,
+//! projection, sub-panel speeds and trips.
 
 use super::reverse::{Collected, Lanes, Reverse, lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
@@ -14,12 +14,15 @@ use crate::flow::panel::coupling::system::signed;
 use crate::flow::panel::solved::{Direct, Solved};
 use num_dual::DualNum;
 
-/// Sensitivities to the node index of every point, and to the arc-length rate there.
+/// Sensitivities to the node index of every point along the surface, and to the arc-length rate there.
 struct AtPoints {
+    /// Sensitivities to the node index, one entry per point.
     index: Vec<Lanes>,
+    /// Sensitivities to the arc length per node index, one entry per point.
     rate: Vec<Lanes>,
 }
 
+/// Adds the derivatives that act through the surface coordinate.
 pub(super) fn add_surface(
     solved: &Solved,
     reverse: &Reverse,
@@ -59,7 +62,7 @@ pub(super) fn add_surface(
     add_lengths(reverse, &by_length, collected);
 }
 
-/// Direct effect of the total arc length on the abscissas of the stations and on transition.
+/// Sensitivity to the total arc length through the abscissas of the stations and through transition.
 fn chain_total(reverse: &Reverse) -> Lanes {
     let multipliers = &reverse.multipliers;
     let mut total = Lanes::zeros();
@@ -75,7 +78,7 @@ fn chain_total(reverse: &Reverse) -> Lanes {
     total
 }
 
-/// A trip at a given x moves along the arc with the shape.
+/// Adds the effect of the trip of a side: a trip at a given x moves along the arc with the shape.
 fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut [Lanes], collected: &mut Collected) {
     let Some(arc) = solved.system.layer.trips[side.index()] else { return };
     let section = reverse.section;
@@ -97,6 +100,7 @@ fn add_trip(solved: &Solved, reverse: &Reverse, side: Side, by_arc: &mut [Lanes]
     }
 }
 
+/// Turns sensitivities to the arc lengths of the nodes into derivatives with respect to the nodes.
 fn add_lengths(reverse: &Reverse, by_arc_length: &[Lanes], collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let mut sums = Lanes::zeros();
@@ -121,6 +125,7 @@ fn entries(each: &Coefficients<Vec<f64>>) -> Vec<Lanes> {
     (0..each.cl.len()).map(|i| lanes(each, |list| list[i])).collect()
 }
 
+/// Sensitivities at all points, whose node indices are `t` and whose arc-length rates are `rates`.
 fn at_points(reverse: &Reverse, t: &[f64], rates: &[f64]) -> AtPoints {
     let empty = || vec![Lanes::zeros(); t.len()];
     let mut result = AtPoints { index: empty(), rate: empty() };
@@ -132,7 +137,7 @@ fn at_points(reverse: &Reverse, t: &[f64], rates: &[f64]) -> AtPoints {
     result
 }
 
-/// Interpolated strength less the wall response at panel resolution.
+/// Adds the effect of the interpolated strength less the wall response at panel resolution.
 fn add_splines(reverse: &Reverse, weights: &[Lanes], t: &[f64], rates: &[f64], result: &mut AtPoints) {
     let fields = &reverse.at.speeds.fields;
     let strength: Vec<f64> = fields.strength.iter().map(|c| c.re).collect();
@@ -147,7 +152,7 @@ fn add_splines(reverse: &Reverse, weights: &[Lanes], t: &[f64], rates: &[f64], r
     }
 }
 
-/// Sub-panel speeds.
+/// Adds the effect of the sub-panel speeds.
 fn add_local(weights: &[Lanes], t: &[f64], rates: &[f64], mass: &[f64], result: &mut AtPoints) {
     let slope = |k: usize| (mass[k + 1] - mass[k]) / (t[k + 1] - t[k]);
     let slopes: Vec<f64> = (0..t.len() - 1).map(slope).collect();
@@ -180,8 +185,8 @@ fn add_local(weights: &[Lanes], t: &[f64], rates: &[f64], mass: &[f64], result: 
     }
 }
 
-/// Derivatives of a sub-panel speed with respect to the places of the points in its reach, by way of the middles of the
-/// intervals and of the slopes there, which change at the rates `turning` with the points below and above.
+/// Derivatives of a sub-panel speed with respect to the places of the points in reach. They act by way of the middles
+/// of the intervals and of the slopes there, which change at the rates `turning` with the points below and above.
 fn spread(local: &LocalSpeed, turning: [&[f64]; 2], by_place: &mut [f64]) {
     let intervals = || local.by_middle.iter().zip(local.influences);
     by_place.fill(0.0);
@@ -192,7 +197,7 @@ fn spread(local: &LocalSpeed, turning: [&[f64]; 2], by_place: &mut [f64]) {
     }
 }
 
-/// Projection of the defects to the nodes.
+/// Adds the effect of the projection of the mass defects to the nodes.
 fn add_projection(reverse: &Reverse, t: &[f64], mass: &[f64], result: &mut AtPoints) {
     let nodes = reverse.section.len();
     let node_mass = entries(&reverse.node_mass);

@@ -1,4 +1,4 @@
-//! Reverse sweep through the velocities that panels bring about at points, taken in a direction at each point.
+//! Reverse sweep through the velocities that panels induce at points, taken in one direction per point.
 
 use super::influence::{closing_strengths, origin, scatter_edge, seen_from};
 use super::reverse::{Collected, Lanes, Reverse, Strengths};
@@ -12,18 +12,19 @@ use crate::flow::panel::polar::{Pairs, Polar, Straight};
 use num_dual::DualNum;
 use std::ops::Range;
 
-/// Velocity of a panel with linear vortex and source strengths in the direction of every point: its slopes, and the
-/// velocity along and across the panel.
+/// Velocity of a panel with linear vortex and source strengths in the direction of every point. The numbers per point
+/// are the slopes and the velocity along and across the panel.
 #[derive(Clone, Copy)]
 struct PanelVelocity<'a> {
     pairs: Pairs<'a>,
     panel: &'a Straight,
-    /// Directions at the points, their two coordinates apart.
+    /// Directions at the points, the two coordinates in separate lists.
     directions: [&'a [f64]; 2],
     /// Vortex strengths at the two ends.
     vortex: [f64; 2],
-    /// Source strengths at the two ends, and a constant one over the length of the panel.
+    /// Source strengths at the two ends.
     source: [f64; 2],
+    /// A constant source strength times the length of the panel.
     jump: f64,
 }
 
@@ -61,37 +62,39 @@ impl Quantity<5> for PanelVelocity<'_> {
     }
 }
 
-/// Points at which velocities are wanted.
+/// Points at which velocities are evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct Observers<'a> {
     pub points: &'a Points,
-    /// Directions in which the velocities are taken, their two coordinates apart.
+    /// Directions in which the velocities are taken, the two coordinates in separate lists.
     pub directions: [&'a [f64]; 2],
-    /// Distances and directions from the nodes of the section, and from the ends of the wake's half panels.
+    /// Distances and directions from the nodes of the section.
     pub from_surface: &'a Polar,
+    /// Distances and directions from the ends of the half panels of the wake.
     pub from_wake: &'a Polar,
-    /// Number of the point that is node 1 of the wake; the next ones are the next nodes, which stand on its panels.
+    /// Number of the point that is node 1 of the wake. The following points are the following nodes of the wake, which
+    /// stand on its panels.
     pub first_of_wake: usize,
 }
 
-/// Sums over the points under way.
+/// Sums over the panels, under way.
 pub(super) struct Velocities {
     slopes: Slopes<5>,
     /// Velocity at every point.
     pub velocity: Vectors,
-    /// Derivatives of the velocity in the direction of a point with respect to the point.
+    /// Derivatives, with respect to every point, of the velocity in the direction of that point.
     pub by_point: Vectors,
 }
 
 impl Velocities {
-    /// In an onset flow.
+    /// Sums that contain the onset flow alone.
     pub fn new(onset: [f64; 2], points: usize) -> Self {
         let (velocity, by_point) = (Vectors::new(onset, points), Vectors::new([0.0; 2], points));
         Self { slopes: Slopes::zeros(points), velocity, by_point }
     }
 
     /// Adds all panels: those of the surface, the half panels of the wake between `ends`, and the closing panel. The
-    /// derivatives go to the nodes and, `by_ends`, to the ends.
+    /// derivatives go to the nodes in `collected` and to the ends in `by_ends`.
     pub fn add_panels(
         &mut self,
         reverse: &Reverse,
@@ -138,7 +141,7 @@ impl Velocities {
         }
     }
 
-    /// Adds one panel; its sums over the points.
+    /// Adds one panel and returns its sums over the points.
     fn add(
         &mut self,
         points: &Points,

@@ -1,5 +1,5 @@
-//! Reverse sweep through the wake: speeds along it (and through the cut at the edge, in the same sweep), its path and its
-//! dead air.
+//! Reverse sweep through the wake: the speeds along it (and, in the same sweep, those through the cut at the edge), the
+//! path and the dead air.
 
 use super::edge::add_cut;
 use super::influence::{PanelWeights, add_wake_stream, edge_frame_dual, scatter_edge};
@@ -16,6 +16,7 @@ use crate::flow::panel::solved::Solved;
 use crate::flow::panel::wake;
 use num_dual::DualNum;
 
+/// Adds the derivatives that act through the wake.
 pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeights, collected: &mut Collected) {
     let points = wake_points(&reverse.flow.wake_nodes);
     let mut by_points = collected.nodes.as_ref().map(|_| vec![[0.0; 2]; points.len()]);
@@ -38,8 +39,8 @@ pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeight
     }
 }
 
-/// Velocities through the cut at the trailing edge and along the wake: positions of panels and of the points
-/// themselves, directions, onset flow. Node 0 of the wake takes the speed of the edge, whatever the geometry.
+/// Adds the velocities through the cut at the trailing edge and along the wake: positions of the panels and of the
+/// points themselves, directions, onset flow. Node 0 of the wake takes the speed of the edge, whatever the geometry.
 fn add_velocities(
     reverse: &Reverse,
     edge_weights: &Lanes,
@@ -84,7 +85,7 @@ fn add_velocities(
     }
 }
 
-/// The tangent at wake node `k` turns with its neighbours.
+/// Adds the effect of the tangent at wake node `k`, which turns with the two neighbouring nodes.
 fn add_tangent(
     reverse: &Reverse,
     k: usize,
@@ -105,7 +106,7 @@ fn add_tangent(
     }
 }
 
-/// The path follows the trailing edge and the incidence.
+/// Adds the effect of the path of the wake, which follows the trailing edge and the incidence.
 fn add_path(reverse: &Reverse, by_nodes: &Coefficients<Vec<[f64; 2]>>, collected: &mut Collected) {
     let distances = &reverse.section.wake_distances;
     let alpha = reverse.flow.alpha;
@@ -124,7 +125,7 @@ fn add_path(reverse: &Reverse, by_nodes: &Coefficients<Vec<[f64; 2]>>, collected
     }
 }
 
-/// The dead air behind a blunt edge, in the wake's equations and in its mass defect.
+/// Adds the effect of the dead air behind a blunt edge, in the equations and in the mass defect of the wake.
 fn add_dead_air(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
     let (layer, at) = (&solved.system.layer, reverse.at);
     let first = at.numbering.wake_start();

@@ -1,4 +1,5 @@
-//! Elimination of the boundary-layer states: marching the blocks downstream leaves the defects and the globals.
+//! Elimination of the boundary-layer states: marching the blocks downstream leaves the mass defects and the globals as
+//! unknowns.
 
 use super::system::Linearised;
 use crate::flow::duals::gradient;
@@ -9,33 +10,36 @@ use crate::flow::linear::Linear;
 use crate::flow::memory::{Recycled, kept, large};
 use nalgebra::{DMatrix, Matrix3};
 
-/// (ln θ, third, ln u) of a station.
+/// The states of a station: ln θ, the third unknown, ln u.
 type Triple = [f64; 3];
 /// Rows of a 3 × 3 matrix.
 type Square = [[f64; 3]; 3];
 
-/// A station's states as a linear function of those upstream, the logarithms of the defects, the globals and its own
-/// residuals.
+/// The states of a station as a linear function of the states upstream, the logarithms of the mass defects, the globals
+/// and the residuals of the station.
 #[derive(Debug, Clone)]
 struct Response {
-    /// Station, response to its states and to its defect.
+    /// Number of each station upstream, with the response to the states and to the mass defect there.
     upstream: [Option<(usize, Square, Triple)>; 2],
+    /// Response to the mass defect of the station itself.
     own: Triple,
+    /// Response to the globals.
     globals: Square,
-    /// Minus the inverse of the own block: response to the residuals.
+    /// Response to the residuals: minus the inverse of the station's own block.
     residual: Square,
 }
 
 kept!(Response);
 
+/// The links of all stations.
 #[derive(Debug, Clone)]
 pub(super) struct Elimination {
     links: Recycled<Response>,
-    /// Speed of every station.
+    /// The outer flow's unknown speed at every station.
     pub speed: Vec<f64>,
 }
 
-/// A coupling in the variables of the elimination: (ln θ, third, ln u) and the logarithm of the defect.
+/// A coupling in the variables of the elimination: the states, and the logarithm of the mass defect.
 fn turn(coupling: &Coupling, log_mass: &State) -> (Square, Triple) {
     let defect = coupling.map(|row| row.log_shape / log_mass.log_shape);
     let mut states = [[0.0; 3]; 3];
@@ -46,10 +50,12 @@ fn turn(coupling: &Coupling, log_mass: &State) -> (Square, Triple) {
     (states, defect)
 }
 
+/// The product of a matrix and a vector.
 fn apply(a: &Square, x: &Triple) -> Triple {
     a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
 }
 
+/// The product of a transposed matrix and a vector.
 fn apply_transposed<V: Linear>(a: &Square, x: &[V; 3]) -> [V; 3] {
     std::array::from_fn(|j| x[0] * a[0][j] + x[1] * a[1][j] + x[2] * a[2][j])
 }
@@ -64,12 +70,13 @@ fn dot<V: Linear>(a: &Triple, b: &[V; 3]) -> V {
     b[0] * a[0] + b[1] * a[1] + b[2] * a[2]
 }
 
+/// The product of two matrices.
 fn times(a: &Square, b: &Square) -> Square {
     a.map(|row| apply_transposed(b, &row))
 }
 
 impl Elimination {
-    /// `None` where a block is singular.
+    /// Inverts the block of every station; `None` where a block is singular.
     pub fn new(system: &Linearised) -> Option<Self> {
         let link = |(k, block): (usize, &Block)| {
             let (own, defect) = turn(&block.own, &system.log_mass[k]);
@@ -89,7 +96,8 @@ impl Elimination {
         Some(Self { links, speed })
     }
 
-    /// The states for given residuals, defects (none: zero) and globals.
+    /// The states for given residuals, changes of the logarithms of the mass defects (zero where the list is empty) and
+    /// globals.
     pub fn march(&self, residuals: &[Triple], defects: &[f64], globals: Triple) -> Vec<Triple> {
         let mut states: Vec<Triple> = Vec::with_capacity(self.links.len());
         let defect = |k: usize| defects.get(k).copied().unwrap_or(0.0);
@@ -106,8 +114,8 @@ impl Elimination {
         states
     }
 
-    /// The transpose of [`march`](Self::march) in the defects and the globals: adds to `dense` what the sensitivities
-    /// of the states, which are spent, amount to.
+    /// The transpose of [`march`](Self::march) in the mass defects and the globals: adds to `dense` the contribution of
+    /// the sensitivities of the states, which are overwritten.
     pub fn march_back<V: Linear>(&self, sensitivities: &mut [[V; 3]], dense: &mut [V]) {
         let n = self.links.len();
         for (k, link) in self.links.iter().enumerate().rev() {
@@ -135,8 +143,8 @@ impl Elimination {
         sensitivities
     }
 
-    /// The matrix of what remains, transposed: one column per equation (edge speeds, transition, stagnation), one
-    /// row per unknown (logarithms of the defects, globals).
+    /// The dense matrix that remains, transposed: one column per equation (edge speeds, transition, stagnation), one
+    /// row per unknown (logarithms of the mass defects, globals).
     pub fn dense_transposed(&self, system: &Linearised) -> DMatrix<f64> {
         let numbering = &system.numbering;
         let n = numbering.stations();
@@ -210,7 +218,7 @@ fn sum(a: &Square, b: &Square) -> Square {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
-/// Replaces the three rows in a range of columns by `factor` times them.
+/// Multiplies the three rows from the left by `factor`, in a range of columns.
 fn transform(rows: &mut [Vec<f64>; 3], factor: &Square, range: std::ops::Range<usize>) {
     let [x, y, z] = rows;
     let (x, y, z) = (&mut x[range.clone()], &mut y[range.clone()], &mut z[range]);

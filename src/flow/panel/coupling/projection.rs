@@ -1,12 +1,13 @@
-//! Mass defect from the stations to the nodes: the mean of the piecewise linear defect over the hat of each node.
+//! Projection of the mass defect from the stations to the nodes: the mean of the piecewise linear defect over the hat
+//! function of each node.
 //!
-//! Interpolation would feel a kink of the defect (transition) pass a node; the overlap integrals are twice
-//! continuously differentiable in the station positions.
+//! With interpolation the solution would notice when a kink of the defect (transition) passes a node; the overlap
+//! integrals are twice continuously differentiable in the station positions.
 
 use crate::scalar::Scalar;
 use num_dual::Dual;
 
-/// ∫ hat(τ) (τ + x)₊ dτ over the unit hat: the ramp that has risen for x at the centre of a node.
+/// The ramp ∫ hat(τ) (τ + x)₊ dτ over the unit hat, which has risen for x at the centre of a node.
 fn ramp<S: Scalar>(x: S) -> S {
     if x.re() <= -1.0 {
         S::from(0.0)
@@ -21,13 +22,14 @@ fn ramp<S: Scalar>(x: S) -> S {
     }
 }
 
-/// ∫ hat(τ) [τ + x > 0] dτ, the derivative of [`ramp`].
+/// The integral ∫ hat(τ) [τ + x > 0] dτ, the derivative of [`ramp`].
 fn step<S: Scalar>(x: S) -> S {
     ramp(Dual::new(x, S::from(1.0))).eps
 }
 
-/// Calls `visit(node, weight)` for every node that feels the hat of station `p`; `t` are all stations, ascending,
-/// from the first node (t = 0) to the last (t = n − 1). The two end nodes take the end stations themselves.
+/// Calls `visit(node, weight)` for every node whose hat overlaps that of point `p`. `t` are the node indices of all
+/// points, ascending from the first node (t = 0) to the last (t = n − 1). The two end nodes take the values at the end
+/// points.
 pub(crate) fn overlaps<S: Scalar>(t: &[S], p: usize, nodes: usize, mut visit: impl FnMut(usize, S)) {
     let last = t.len() - 1;
     let left = t[p.saturating_sub(1)].re() - 1.0;

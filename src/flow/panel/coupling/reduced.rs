@@ -1,4 +1,4 @@
-//! A linearised system reduced to about one unknown per station and factorised: Newton steps, tangents, adjoints.
+//! A linearised system, reduced to about one unknown per station and factorised: Newton steps, tangents, adjoints.
 
 use super::eliminate::Elimination;
 use super::response::{Onset, SectionResponse};
@@ -15,20 +15,20 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Debug, Clone)]
 pub(crate) struct Reduced {
     elimination: Elimination,
-    /// Factors of the transposed dense matrix.
+    /// Factors of the transpose of the dense matrix.
     factors: Factors,
 }
 
 impl Reduced {
-    /// `None` where a block or the dense system is singular or not finite.
+    /// Eliminates and factorises; `None` where a block or the dense system is singular or not finite.
     pub fn new(at: &Linearised) -> Option<Self> {
         let elimination = Elimination::new(at)?;
         let factors = Factors::of(elimination.dense_transposed(at))?;
         Some(Self { elimination, factors })
     }
 
-    /// Minus the inverse Jacobian times the derivative of the residuals by the onset flow, which changes by `factor`
-    /// times `onset`.
+    /// Minus the inverse Jacobian times the change of the residuals when the onset flow changes by `factor` times
+    /// `onset`.
     pub fn by_onset(&self, at: &Linearised, section: &SectionResponse, onset: &Onset, factor: f64) -> Change {
         let n = &at.numbering;
         let strength = |p: usize| section.map.spline.value(&onset.inviscid_spline, at.positions.index[p].re);
@@ -41,15 +41,15 @@ impl Reduced {
         self.solve(at, &Residuals { speed, stagnation: factor * strength(n.side), ..Residuals::zeros(n.stations()) })
     }
 
-    /// Minus the inverse Jacobian times the derivative of the residuals by trips whose arc lengths change at the given
-    /// rates.
+    /// Minus the inverse Jacobian times the derivative of the residuals with respect to a parameter that moves the
+    /// trips; `rates` are the changes of their arc lengths per change of the parameter.
     pub fn by_trips(&self, at: &Linearised, rates: [f64; 2]) -> Change {
         let slope = |side: Side| at.transition[side.index()].eps[BY_TRIP];
         let transition = Side::BOTH.map(|side| slope(side) * rates[side.index()]);
         self.solve(at, &Residuals { transition, ..Residuals::zeros(at.numbering.stations()) })
     }
 
-    /// Minus the inverse Jacobian times any residuals.
+    /// Minus the inverse Jacobian times residuals.
     pub fn solve(&self, system: &Linearised, residuals: &Residuals) -> Change {
         let n = system.numbering.stations();
         let still = self.elimination.march(&residuals.blocks, &[], [0.0; GLOBAL_UNKNOWNS]);
@@ -84,9 +84,11 @@ impl Reduced {
 pub(crate) struct Multipliers<const N: usize> {
     /// Multipliers of the boundary-layer equations, station by station.
     pub chain: Vec<[SVector<f64, N>; EQUATIONS]>,
-    /// Multipliers of the edge-speed equations.
+    /// Multipliers of the edge-speed equations, station by station.
     pub speed: Vec<SVector<f64, N>>,
+    /// Multipliers of the transition equations of the upper and lower side.
     pub transition: [SVector<f64, N>; 2],
+    /// Multipliers of the stagnation equation.
     pub stagnation: SVector<f64, N>,
 }
 
@@ -101,7 +103,8 @@ impl Reduced {
         self.complete(system, states, &dense)
     }
 
-    /// What the outputs leave on the states once the dense unknowns are split off, and the right-hand sides of these.
+    /// Eliminates the states from the outputs: the sensitivities of the outputs to the states once the dense unknowns
+    /// are split off, and the right-hand sides of the dense system.
     fn eliminate<const N: usize>(
         &self,
         system: &Linearised,
@@ -125,7 +128,7 @@ impl Reduced {
         (states, dense)
     }
 
-    /// All multipliers from those of the dense equations.
+    /// Computes the multipliers of all equations from those of the dense equations.
     fn complete<const N: usize>(
         &self,
         system: &Linearised,

@@ -1,7 +1,7 @@
 //! Linear response of the speeds on the surface and in the wake to the mass defect.
 //!
-//! Everything here is constant during the Newton iteration: the airfoil part belongs to the section, the wake part
-//! also to the incidence.
+//! Everything here is constant during the Newton iteration: the part of the airfoil belongs to the section, the part of
+//! the wake also to the incidence. N is the number of nodes of the section, W that of the wake.
 
 use super::subpanel;
 use super::surface::invert;
@@ -18,22 +18,27 @@ use crate::plane::distance;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// One section: panels, surface coordinate and response to its own mass defect.
+/// One section: panels, surface coordinate and response to the mass defect along the section.
 #[derive(Debug, Clone)]
 pub(crate) struct SectionResponse {
+    /// Factorised panel equations.
     pub panels: PanelSystem,
+    /// Map between node index and arc length.
     pub map: SurfaceMap,
-    /// Strengths at the nodes per (unsmoothed) defect at the nodes, N × N.
+    /// Strengths at the nodes per unsmoothed mass defect at the nodes, N × N.
     pub nodes: DMatrix<f64>,
-    /// Transposed spline coefficients of [`nodes`](Self::nodes), smoothed defect: N × (N + 2).
+    /// Spline coefficients of the strengths per unsmoothed mass defect that is then smoothed, transposed: N × (N + 2).
     pub spline: DMatrix<f64>,
-    /// The same of the flat-wall response over the node index, to be divided by the arc-length rate.
+    /// Spline coefficients of the flat-wall response over the node index, transposed: N × (N + 2). The response is to
+    /// be divided by the arc-length rate.
     pub wall: Arc<DMatrix<f64>>,
+    /// Distances of the wake nodes from the trailing edge, in chords.
     pub wake_distances: Vec<f64>,
 }
 
 impl SectionResponse {
-    /// `outline` with its nodes on the surface; the panels are laid through the [balanced](Outline::balanced) ones.
+    /// Factorises the panel equations of a section whose nodes lie on the surface. The panels are laid through the
+    /// [balanced](Outline::balanced) nodes.
     pub fn new(outline: &Outline) -> Result<Self, FlowError> {
         let outline = outline.balanced();
         let arc = arc_lengths(&outline.nodes);
@@ -78,12 +83,12 @@ pub(crate) fn edge_frame(outline: &Outline) -> TrailingEdgeFrame<f64> {
     TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]])
 }
 
-/// Smoothing passes over the defects at the nodes. What they take away the [wall](subpanel) gives back; the panels see
-/// waves only that they resolve well, so that the phase of a transition point between two nodes hardly matters: two
-/// passes leave a third of the ripple of one, more gain little.
+/// Number of smoothing passes over the mass defects at the nodes. The [wall](subpanel) response gives back what they
+/// take away. The panels then see only waves that they resolve well, so that the position of a transition point between
+/// two nodes hardly matters: two passes leave a third of the ripple of one, and more gain little.
 const PASSES: usize = 2;
 
-/// Smooths by passes of (1/4, 1/2, 1/4) over the nodes; the two nodes at each end stay.
+/// Smooths by passes of (1/4, 1/2, 1/4) over the nodes. The two nodes at each end keep their values.
 pub(crate) fn smooth<T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f64, Output = T>>(values: &mut [T]) {
     for _ in 0..PASSES {
         let mut before = values[1];
@@ -95,7 +100,7 @@ pub(crate) fn smooth<T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f64, Ou
     }
 }
 
-/// The response to a defect that is smoothed first: the transposed passes on every row.
+/// The response to a mass defect that is smoothed first: the transposed passes on every row.
 pub(crate) fn smooth_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
     (0..PASSES).fold(response.clone(), |response, _| pass_on_columns(&response))
 }
@@ -126,10 +131,10 @@ fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
     result
 }
 
-/// The flat-wall response over the node index is the same for all sections with so many nodes.
+/// The flat-wall response over the node index, which depends on the number of nodes alone.
 static WALL: Memo<DMatrix<f64>> = Memo::new();
 
-/// Flat-wall speed at the nodes per defect at the nodes, over the node index.
+/// Flat-wall speed at the nodes per mass defect at the nodes, over the node index, N × N.
 fn wall_response(n: usize) -> DMatrix<f64> {
     let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
     let mut result = DMatrix::zeros(n, n);
@@ -146,33 +151,37 @@ fn wall_response(n: usize) -> DMatrix<f64> {
 /// One section at one incidence: onset flow and wake.
 #[derive(Debug, Clone)]
 pub(crate) struct FlowResponse {
+    /// Angle of attack in radians.
     pub alpha: f64,
     /// Strengths at the nodes without boundary layer.
     pub inviscid: Vec<f64>,
+    /// Spline coefficients of the strengths without boundary layer.
     pub inviscid_spline: Vec<f64>,
+    /// Nodes of the wake, in chords.
     pub wake_nodes: Vec<[f64; 2]>,
     /// Unit vectors along the wake at its nodes.
     pub wake_tangents: Vec<[f64; 2]>,
-    /// Dead-air gap at the nodes of the wake.
+    /// Dead-air gap at the nodes of the wake, in chords.
     pub gap: Vec<f64>,
-    /// Strengths at the nodes per defect of the wake, N × W.
+    /// Strengths at the nodes per mass defect of the wake, N × W.
     pub nodes_by_wake: DMatrix<f64>,
-    /// Transposed spline coefficients of it, W × (N + 2).
+    /// Spline coefficients of the strengths per mass defect of the wake, transposed: W × (N + 2).
     pub spline_by_wake: DMatrix<f64>,
     /// Speed along the wake without boundary layer.
     pub wake_inviscid: Vec<f64>,
-    /// Transposed: speed along the wake per smoothed defect at the nodes, N × W.
+    /// Speed along the wake per smoothed mass defect at the nodes, transposed: N × W.
     pub wake_by_nodes: DMatrix<f64>,
-    /// Speed along the wake per defect of the wake, W × W.
+    /// Speed along the wake per mass defect of the wake, W × W.
     pub wake_by_wake: DMatrix<f64>,
-    /// Speed along the wake per strength at the nodes, W × N (kept for the adjoint).
+    /// Speed along the wake per strength at the nodes, W × N, kept for the adjoint.
     pub wake_by_strength: DMatrix<f64>,
-    /// From the ends of the half panels of the wake to the nodes of the section.
+    /// Distances and directions from the ends of the half panels of the wake to the nodes of the section.
     pub polar: Polar,
-    /// From the nodes of the section to the points of the cut at the trailing edge and, behind these, to the nodes of
-    /// the wake from number 1 on.
+    /// Distances and directions from the nodes of the section to the points of the cut at the trailing edge and, behind
+    /// these, to the nodes of the wake from number 1 on.
     pub from_surface: Polar,
-    /// The same from the ends of the half panels of the wake.
+    /// Distances and directions from the ends of the half panels of the wake to the points of
+    /// [`from_surface`](Self::from_surface).
     pub from_wake: Polar,
 }
 
@@ -268,20 +277,22 @@ impl FlowResponse {
     }
 }
 
-/// What the onset flow alone does.
+/// The speeds that the onset flow alone causes.
 #[derive(Debug, Clone)]
 pub(crate) struct Onset {
+    /// Angle of attack in radians.
     pub alpha: f64,
-    /// Strengths at the nodes, and as spline coefficients.
+    /// Strengths at the nodes.
     pub inviscid: Vec<f64>,
+    /// Spline coefficients of the strengths at the nodes.
     pub inviscid_spline: Vec<f64>,
     /// Speed along the wake.
     pub wake_inviscid: Vec<f64>,
 }
 
 impl FlowResponse {
-    /// Arc length of the stagnation point without boundary layer: where the strength changes sign, of several such places
-    /// the one farthest from the trailing edge.
+    /// Arc length of the stagnation point without boundary layer, in chords. The strength changes sign there; of
+    /// several such places it is the one farthest from the trailing edge.
     pub fn stagnation(&self, section: &SectionResponse) -> f64 {
         let nodes = &section.panels.outline.nodes;
         let edge = section.edge_frame().middle;
@@ -295,7 +306,7 @@ impl FlowResponse {
             .value(&section.map.arc, invert(&section.map.spline, &self.inviscid_spline, 0.0, at - 1.0, at, -1.0))
     }
 
-    /// The onset flow at another angle of attack; the wake stays where it is.
+    /// The onset flow at another angle of attack, with the wake held where it is.
     pub fn onset(&self, section: &SectionResponse, alpha: f64) -> Onset {
         let inviscid = section.panels.strengths(alpha);
         let onset = self.wake_tangents.iter().map(|t| t[0] * alpha.cos() + t[1] * alpha.sin());
@@ -306,7 +317,7 @@ impl FlowResponse {
         Onset { alpha, inviscid_spline: section.map.spline.coefficients(&inviscid), inviscid, wake_inviscid }
     }
 
-    /// Takes that onset flow.
+    /// Replaces the onset flow by another one, with the wake held where it is.
     pub fn turn(&mut self, onset: Onset) {
         let Onset { alpha, inviscid, inviscid_spline, wake_inviscid } = onset;
         (self.alpha, self.inviscid) = (alpha, inviscid);
@@ -314,7 +325,7 @@ impl FlowResponse {
     }
 }
 
-/// Strengths at the ends of the half panels of the wake per defect at its nodes.
+/// Source strengths at the ends of the half panels of the wake per mass defect at the nodes of the wake.
 pub(crate) fn wake_strength_matrix(distances: &[f64]) -> DMatrix<f64> {
     let rows = wake::source_strengths(distances);
     let mut matrix = DMatrix::zeros(rows.len(), distances.len());
@@ -356,8 +367,8 @@ fn nodes_by_wake(
     response.rows(0, n).into_owned()
 }
 
-/// Speed along the wake per strength at the surface nodes (W × N) and per constant source on the panels (W × N − 1).
-/// Row 0 is the trailing edge, where the speed is that of the first node.
+/// Speed along the wake per strength at the surface nodes (W × N) and per constant source strength of the panels (W ×
+/// (N − 1)). Row 0 is the trailing edge, where the speed is that of the first node.
 fn surface_to_wake(
     outline: &Outline,
     wake_nodes: &[[f64; 2]],
@@ -397,7 +408,7 @@ fn surface_to_wake(
     (strength, source)
 }
 
-/// Turns a response to panel sources into one to the defect at the nodes: σ = −(m_{j+1} − m_j)/length.
+/// Turns a response to panel sources into one to the mass defect m at the nodes, with σ = −(m_{j+1} − m_j)/length.
 fn source_per_defect(section: &SectionResponse, by_source: &DMatrix<f64>) -> DMatrix<f64> {
     let arc = arc_lengths(&section.panels.outline.nodes);
     let n = arc.len();
@@ -412,7 +423,7 @@ fn source_per_defect(section: &SectionResponse, by_source: &DMatrix<f64>) -> DMa
     result
 }
 
-/// Speed along the wake per strength at the ends of its half panels.
+/// Speed along the wake per source strength at the ends of the half panels of the wake.
 fn wake_to_wake(wake_nodes: &[[f64; 2]], tangents: &[[f64; 2]], points: &[[f64; 2]], polar: &Polar) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(wake_nodes.len(), points.len());
     for h in 0..points.len() - 1 {

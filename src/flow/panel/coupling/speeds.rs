@@ -1,4 +1,4 @@
-//! Edge speeds at the stations: value, derivatives with respect to the mass defects and to the global unknowns.
+//! Edge speeds at the stations: values, and derivatives with respect to the mass defects and to the global unknowns.
 
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
@@ -11,15 +11,16 @@ use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::DualNum;
 
-/// A number of the value pass (`f64`) or of the linearisation (global derivatives).
+/// A number of the value pass (`f64`) or of the linearisation (with global derivatives).
 pub(crate) trait Global: Scalar {
     /// The independent variable of global direction `k`.
     fn global(value: f64, k: usize) -> Self;
 
-    /// The weighted sum of many.
+    /// The weighted sum of a list of numbers.
     fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
 
-    /// Sub-panel speeds at all inner points, over the share of the correction; see [`LocalSpeeds`].
+    /// Sub-panel speeds at all inner points, before division by the arc-length rate; see [`LocalSpeeds`]. `visit(p, k,
+    /// influence)` is called with the speed at point `p` per slope of the mass defect in interval `k`.
     fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, usize, f64)) -> Vec<Self>;
 }
 
@@ -91,13 +92,14 @@ impl Global for ByGlobal {
 /// Abscissas of the stations with their derivatives in the global directions.
 #[derive(Debug, Clone)]
 pub(crate) struct Positions<S = ByGlobal> {
-    /// Arc length from the stagnation point, per side and station.
+    /// Arc lengths of the stations from the stagnation point, per side and station, in chords.
     pub abscissas: [Vec<S>; 2],
     /// Node index of every point along the surface.
     pub index: Vec<S>,
 }
 
 impl<S: Global> Positions<S> {
+    /// The speeds for signed mass defects `mass` at the points (0 at the stagnation point) and `wake_mass` in the wake.
     pub fn new(layout: &Layout, section: &SectionResponse, unknowns: &Unknowns) -> Self {
         let stagnation = S::global(unknowns.stagnation, STAGNATION);
         let total = S::global(section.map.total, TOTAL);
@@ -121,21 +123,23 @@ impl<S: Global> Positions<S> {
     }
 }
 
-/// Vortex strength at the points along the surface, and speed along the wake.
+/// Vortex strength at the points along the surface, and speed along the wake, in units of the onset speed.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeSpeeds<S = ByGlobal> {
-    /// At the points, with global derivatives.
+    /// Strength at the points.
     pub points: Vec<S>,
+    /// Speed at the nodes of the wake.
     pub wake: Vec<S>,
-    /// Defect at the nodes with global derivatives, as projected (not smoothed).
+    /// Mass defect at the nodes as projected, before smoothing.
     pub node_mass: Vec<S>,
+    /// The map from the mass defects at the points to those at the nodes.
     pub projection: Projection,
     /// Spline coefficients of the strength of the panels, and of the wall response.
     pub fields: Fields<S>,
 }
 
 impl<S: Global> EdgeSpeeds<S> {
-    /// `mass` are the signed defects at the points (0 at the stagnation point), `wake_mass` those of the wake.
+    /// The speeds and their derivatives.
     pub fn new(
         section: &SectionResponse,
         flow: &FlowResponse,
@@ -146,8 +150,8 @@ impl<S: Global> EdgeSpeeds<S> {
         Self::visit(section, flow, positions, mass, wake_mass, |_, _, _| ())
     }
 
-    /// The same, and calls `local(p, k, influence)` with the sub-panel speed at point `p` per slope of the defect in
-    /// interval `k`.
+    /// Computes the speeds like [`new`](Self::new), and calls `local(p, k, influence)` with the sub-panel speed at
+    /// point `p` per slope of the mass defect in interval `k`.
     pub fn visit(
         section: &SectionResponse,
         flow: &FlowResponse,
@@ -177,12 +181,13 @@ impl<S: Global> EdgeSpeeds<S> {
     }
 }
 
-/// Derivatives of the speeds with respect to the defects.
+/// Derivatives of the speeds with respect to the mass defects. The rows belong to the signed mass defects at the
+/// points, followed by the mass defects of the wake.
 #[derive(Debug, Clone)]
 pub(crate) struct SpeedsByMass {
-    /// With respect to the signed defects at the points and the defects of the wake, one column a point.
+    /// Derivatives of the strengths at the points, one column per point.
     pub points: DMatrix<f64>,
-    /// The same of the speeds along the wake, one column a node of the wake.
+    /// Derivatives of the speeds along the wake, one column per node of the wake.
     pub wake: DMatrix<f64>,
 }
 
@@ -192,7 +197,7 @@ impl Drop for SpeedsByMass {
     }
 }
 
-/// Points whose responses are projected together.
+/// Number of points whose responses are projected together.
 const LANES: usize = 8;
 
 impl SpeedsByMass {
@@ -250,7 +255,7 @@ impl SpeedsByMass {
     }
 }
 
-/// Projects several rows over the nodes to rows over the points at a time.
+/// Projects several rows over the nodes at a time to rows over the points.
 struct Projector<'a> {
     projection: &'a Projection,
     nodes: Vec<[f64; LANES]>,
@@ -267,7 +272,7 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Adds to `lanes` columns of `result`, from column `first` on.
+    /// Adds the projected rows to `lanes` columns of `result`, from column `first` on.
     fn add(&self, result: &mut DMatrix<f64>, first: usize, lanes: usize) {
         let rows = result.nrows();
         let target = &mut result.as_mut_slice()[first * rows..(first + lanes) * rows];
@@ -286,16 +291,17 @@ impl<'a> Projector<'a> {
     }
 }
 
-/// Node index per arc length, the factor of all sub-panel speeds.
+/// Node index per arc length at the node index `t`, the factor of all sub-panel speeds.
 ///
 /// The correction holds at every point up to the edge. It must not fade towards it: a turbulent zone that is squeezed
 /// there stands within a fraction of a panel, and without interaction at its own scale the layer in it is ill-posed.
-/// The edge itself has none; its speed is that of both sides and of the wake.
+/// The edge itself has no correction; the speed there is that of both sides and of the wake.
 pub(crate) fn per_rate<S: Scalar>(section: &SectionResponse, t: S) -> S {
     section.map.rate(t).recip()
 }
 
-/// Response of the value at a point to the defects at the nodes: panels, less the wall at panel resolution.
+/// Response of the strength at a point to the mass defects at the nodes: that of the panels, less that of the wall at
+/// panel resolution.
 pub(crate) fn gather(row: &mut [f64], weights: &Weights<f64>, section: &SectionResponse, per_rate: f64) {
     let (first, w) = weights;
     let n = section.len();
@@ -317,10 +323,12 @@ pub(crate) fn gather(row: &mut [f64], weights: &Weights<f64>, section: &SectionR
     }
 }
 
-/// Spline coefficients of the strength and of the wall response, with global derivatives.
+/// Spline coefficients of the strength and of the wall response.
 #[derive(Debug, Clone)]
 pub(crate) struct Fields<S = ByGlobal> {
+    /// Coefficients of the vortex strength of the panels.
     pub strength: Vec<S>,
+    /// Coefficients of the flat-wall response, to be divided by the arc-length rate.
     pub wall: Vec<S>,
 }
 
@@ -338,7 +346,7 @@ impl<S: Global> Fields<S> {
     }
 }
 
-/// The sparse map from the defects at the points to those at the nodes.
+/// The sparse map from the mass defects at the points to those at the nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Projection {
     /// Nodes and weights, point after point.
@@ -348,7 +356,7 @@ pub(crate) struct Projection {
 }
 
 impl Projection {
-    /// Also the projected defects.
+    /// The map for points at the node indices `t`, and the projected mass defects.
     fn new<S: Scalar>(t: &[S], mass: &[f64], nodes: usize) -> (Self, Vec<S>) {
         let mut node_mass = vec![S::from(0.0); nodes];
         let mut entries = Vec::with_capacity(6 * t.len());
@@ -373,6 +381,7 @@ impl Projection {
         &self.entries[start..self.ends[p]]
     }
 
+    /// Turns sensitivities to the mass defects at the nodes into sensitivities to those at the points.
     pub fn transpose_apply(&self, by_nodes: &[f64], by_points: &mut [f64]) {
         for (p, value) in by_points.iter_mut().enumerate().take(self.points()) {
             *value = self.column(p).iter().map(|(i, weight)| weight * by_nodes[*i]).sum();
@@ -380,6 +389,7 @@ impl Projection {
     }
 }
 
+/// Speeds at the nodes of the wake, for the mass defects at the nodes of the section and of the wake.
 fn wake_speeds<S: Global>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Vec<S> {
     (0..wake_mass.len())
         .map(|k| {
@@ -392,7 +402,7 @@ fn wake_speeds<S: Global>(flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64
         .collect()
 }
 
-/// Pressure-relevant strengths at the nodes of the section.
+/// Vortex strengths at the nodes of the section, from which the pressure follows.
 pub(crate) fn node_strengths(
     section: &SectionResponse,
     flow: &FlowResponse,

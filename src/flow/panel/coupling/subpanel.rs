@@ -1,7 +1,7 @@
-//! Interaction below the panel scale: the flat-wall response of the speed to the mass defect, over the node index.
+//! Interaction below the panel scale: the response of the speed on a flat wall to the mass defect, over the node index.
 //!
-//! A wall with outflow σ has the speed (1/π) ∫ σ(s')/(s − s') ds'. Taken at the resolution of the stations, less the
-//! same at the resolution of the nodes, it restores the stiffness of waves that are too short for the panels; for a
+//! A wall with outflow σ has the speed (1/π) ∫ σ(s')/(s − s') ds'. This speed at the resolution of the stations, less
+//! the speed at the resolution of the nodes, restores the stiffness of waves that are too short for the panels; for a
 //! smooth defect both agree. The kernel is cut off smoothly after [`REACH`] panels, where they agree anyhow.
 //!
 //! [`Wall`] holds the formula, over any number. [`LocalSpeeds`] evaluates it with derivatives by narrow dual numbers whose
@@ -19,7 +19,7 @@ pub(crate) const REACH: f64 = 10.0;
 /// Rounding of the logarithm at the ends of the surface, in panels.
 const END_ROUNDING: f64 = 0.5;
 
-/// x ln|x|, the second integral of 1/x, from its logarithm.
+/// The second integral of 1/x, x ln|x|, from the logarithm ln|x|.
 #[inline(always)]
 fn second_integral<S: Scalar>(x: S, log: f64) -> S {
     let value = x.re();
@@ -27,24 +27,24 @@ fn second_integral<S: Scalar>(x: S, log: f64) -> S {
     x.chain([value * log, log + 1.0, inverse, -inverse * inverse])
 }
 
-/// What the difference quotient becomes at an end of the surface, `distance` away: the outflow ends there, and the
-/// logarithm that leaves is rounded over half a panel.
+/// The value that replaces the difference quotient at an end of the surface, `distance` away. The outflow ends there,
+/// and the logarithm that this leaves is rounded over half a panel.
 ///
 /// (In truth the outflow goes on in the wake, for panels and stations alike; only their difference matters. Letting
-/// each go on with its own last slope would spread what the last, tiny interval does over all stations in reach.)
+/// each go on with its own last slope would spread the effect of the last, tiny interval over all stations in reach.)
 fn at_end<S: Scalar>(distance: S) -> S {
     (distance * distance + END_ROUNDING * END_ROUNDING).ln() * 0.5 + 1.0
 }
 
-/// The difference quotient of the second integral between two points, from its values there and one over the distance
-/// of the points, which is known.
+/// The difference quotient of the second integral between two points, from the values there and the known reciprocal of
+/// the distance of the points.
 #[inline(always)]
 fn quotient<S: Scalar>(a: S, at_a: S, b: S, at_b: S, per_distance: f64) -> S {
     let square = per_distance * per_distance;
     (at_b - at_a) * (b - a).chain([per_distance, -square, 2.0 * square * per_distance, -6.0 * square * square])
 }
 
-/// Smooth cut-off, 1 at distance 0 and 0 beyond [`REACH`].
+/// Smooth cut-off of the kernel, with the factor 1/π: full at distance 0 and zero beyond [`REACH`].
 #[inline(always)]
 fn window<S: Scalar>(distance: S) -> S {
     let ratio = distance * (1.0 / REACH);
@@ -57,24 +57,25 @@ fn middle<S: Scalar>(a: S, b: S) -> S {
     (a + b) * 0.5
 }
 
-/// The intervals between the points that act on each other.
+/// The intervals between the points that act on each other, over the node index.
 pub(crate) struct Wall<S = f64> {
+    /// Node indices of the middles of the intervals.
     middles: Vec<S>,
-    /// One over the distances of the middles.
+    /// Reciprocals of the distances between neighbouring middles.
     per_distance: Vec<f64>,
     /// First and last point.
     ends: [S; 2],
 }
 
 impl<S: Scalar> Wall<S> {
-    /// `t` are all points, ascending.
+    /// The intervals between points with the node indices `t`, ascending.
     pub fn new(t: &[S]) -> Self {
         let middles: Vec<S> = t.windows(2).map(|t| middle(t[0], t[1])).collect();
         let per_distance = middles.windows(2).map(|m| (m[1].re() - m[0].re()).recip()).collect();
         Self { middles, per_distance, ends: [t[0], t[t.len() - 1]] }
     }
 
-    /// Intervals that act on point `p`.
+    /// First and last interval that act on point `p`, which stands at `at`.
     fn reach(&self, at: f64, p: usize) -> [usize; 2] {
         let last = self.middles.len() - 1;
         let mut from = p.min(last);
@@ -88,8 +89,8 @@ impl<S: Scalar> Wall<S> {
         [from, to]
     }
 
-    /// Calls `visit(k, influence)` with the speed at point `p`, which stands at `at`, per slope of the defect in
-    /// interval `k` (between points k and k + 1).
+    /// Calls `visit(k, influence)` for every interval `k` (between the points k and k + 1) that acts on point `p`,
+    /// which stands at `at`. The influence is the speed at the point per slope of the defect in the interval.
     #[inline(always)]
     pub fn influences(&self, at: S, p: usize, mut visit: impl FnMut(usize, S)) {
         let last = self.middles.len() - 1;
@@ -119,14 +120,16 @@ impl<S: Scalar> Wall<S> {
     }
 }
 
-/// Sub-panel speed at one point, with what it consists of: one number for every interval of `range`, which those that
-/// do not act only make wider.
+/// Sub-panel speed at one point, with the parts it consists of. The lists have one number per interval of `range`,
+/// which may contain intervals that do not act.
 pub(crate) struct LocalSpeed<'a> {
+    /// Speed at the point, to be divided by the arc-length rate.
     pub speed: f64,
     /// Derivative with respect to the place of the point itself.
     pub by_place: f64,
+    /// Intervals to which the lists belong.
     pub range: std::ops::Range<usize>,
-    /// Speed per slope of the defect.
+    /// Speed per slope of the defect in every interval.
     pub influences: &'a [f64],
     /// Derivatives with respect to the middles of the intervals.
     pub by_middle: &'a [f64],
@@ -134,9 +137,9 @@ pub(crate) struct LocalSpeed<'a> {
 
 /// Sub-panel speeds for given slopes of the defect, with or without their derivatives.
 ///
-/// Every influence depends on three neighbouring middles alone: dual numbers carry one or two derivatives in place of
-/// those of all that moves the points. The intervals that act on a point are worked off together, step by step, so that
-/// the compiler can use vectors.
+/// Every influence depends on three neighbouring middles alone, so that dual numbers carry one or two derivatives in
+/// place of those with respect to everything that moves the points. The intervals that act on a point are worked off
+/// together, step by step, so that the compiler can use vectors.
 pub(crate) struct LocalSpeeds<'a> {
     wall: Wall,
     /// Slope of the defect in every interval.
@@ -144,53 +147,62 @@ pub(crate) struct LocalSpeeds<'a> {
     middles: Middles,
     quotients: Quotients,
     influences: Vec<f64>,
-    /// Derivatives of the speed with respect to the middle below, the own middle and the one above.
+    /// Derivatives of the speed with respect to the middle below every interval, the middle of the interval, and the
+    /// one above.
     shares: [Vec<f64>; 3],
     by_middle: Vec<f64>,
 }
 
-/// The middles that matter for the point under way.
+/// The middles of the intervals that matter for the present point, relative to that point.
 struct Middles {
+    /// Node indices of the middles less that of the point.
     place: Vec<f64>,
+    /// Logarithms of the distances between the middles and the point.
     log: Vec<f64>,
-    /// The second integral there, and its derivative.
+    /// Second integral at the middles.
     integral: Vec<f64>,
+    /// Derivative of the second integral at the middles.
     slope: Vec<f64>,
 }
 
-/// Difference quotients of the second integral below the first of these middles, between them, and above the last; with
-/// their derivatives with respect to the middles below and above.
+/// Difference quotients of the second integral below the first of the present middles, between them, and above the
+/// last, with their derivatives with respect to the middles below and above.
 struct Quotients {
+    /// Values of the quotients.
     value: Vec<f64>,
+    /// Derivatives of the quotients with respect to the middle below.
     below: Vec<f64>,
+    /// Derivatives of the quotients with respect to the middle above.
     above: Vec<f64>,
 }
 
-/// Intervals that act on a point, and those next to them, whose middles matter too.
+/// Intervals that act on a point, and all intervals whose middles matter: the acting ones and those next to them.
 struct Reach {
     acting: std::ops::Range<usize>,
     all: std::ops::Range<usize>,
 }
 
 impl Reach {
-    /// Where the acting ones stand among all.
+    /// Positions of the acting intervals among all.
     fn inner(&self) -> std::ops::Range<usize> {
         self.acting.start - self.all.start..self.acting.end - self.all.start
     }
 }
 
-/// A number that depends on the first of two variables, and one that depends on the second.
+/// A number that depends on the first of two variables alone.
 #[inline(always)]
 fn first(value: f64, derivative: f64) -> Tangent<2> {
     Tangent { re: value, eps: [derivative, 0.0] }
 }
 
+/// A number that depends on the second of two variables alone.
 #[inline(always)]
 fn second(value: f64, derivative: f64) -> Tangent<2> {
     Tangent { re: value, eps: [0.0, derivative] }
 }
 
-/// Influences of intervals from their middles and the quotients below each and, last, above.
+/// Influences of intervals from their middles `x` and from the quotients below each interval and, last, above the last
+/// one.
 #[inline(never)]
 fn fill_influences(x: &[f64], quotients: &[f64], influences: &mut [f64]) {
     let n = influences.len();
@@ -222,7 +234,7 @@ impl Middles {
         Self { place: room(), log: room(), integral: room(), slope: room() }
     }
 
-    /// Places over a point.
+    /// Computes places, logarithms and integrals for a point that stands at `at`.
     #[inline(never)]
     fn set(&mut self, middles: &[f64], at: f64) {
         let n = middles.len();
@@ -245,7 +257,7 @@ impl Quotients {
         Self { value: room(), below: room(), above: room() }
     }
 
-    /// Between the middles.
+    /// Computes the quotients between the middles.
     #[inline(never)]
     fn set(&mut self, middles: &Middles, per_distance: &[f64]) {
         let n = per_distance.len();
@@ -256,7 +268,7 @@ impl Quotients {
         }
     }
 
-    /// The derivatives.
+    /// Computes the derivatives of the quotients between the middles.
     #[inline(never)]
     fn differentiate(&mut self, middles: &Middles, per_distance: &[f64]) {
         let n = per_distance.len();
@@ -274,7 +286,7 @@ impl Quotients {
 }
 
 impl<'a> LocalSpeeds<'a> {
-    /// `t` are all points, ascending; `slopes` those of the defect between them.
+    /// Speeds at points with the node indices `t`, ascending; `slopes` are the slopes of the defect between them.
     pub fn new(t: &[f64], slopes: &'a [f64]) -> Self {
         let room = || vec![0.0; t.len() + 2];
         Self {
@@ -295,7 +307,7 @@ impl<'a> LocalSpeeds<'a> {
         (dot(influences, &self.slopes[range.clone()]), range, influences)
     }
 
-    /// The same with its derivatives.
+    /// The speed at point `p`, which stands at `at`, with its derivatives.
     pub fn at(&mut self, at: f64, p: usize) -> LocalSpeed<'_> {
         let reach = self.fill(at, p);
         let (inner, count) = (reach.inner(), reach.all.len());
@@ -318,7 +330,7 @@ impl<'a> LocalSpeeds<'a> {
         LocalSpeed { speed, by_place: -sum(by_middle) - by_ends, range: reach.all, influences, by_middle }
     }
 
-    /// Middles, quotients and influences for a point.
+    /// Computes middles, quotients and influences for point `p`, which stands at `at`.
     fn fill(&mut self, at: f64, p: usize) -> Reach {
         let last = self.slopes.len() - 1;
         let [from, to] = self.wall.reach(at, p);
@@ -335,14 +347,14 @@ impl<'a> LocalSpeeds<'a> {
         reach
     }
 
-    /// Ends of the surface in reach, and their places among the quotients.
+    /// Ends of the surface in reach (0: first, 1: last), and their positions among the quotients.
     fn ends(&self, all: &std::ops::Range<usize>) -> impl Iterator<Item = (usize, usize)> + use<> {
         let first = (all.start == 0).then_some((0, 0));
         let last = (all.end == self.slopes.len()).then_some((1, all.len()));
         first.into_iter().chain(last)
     }
 
-    /// What the speed changes by where the ends of the surface move, and the middles do not.
+    /// Derivative of the speed with respect to a common shift of the ends of the surface, with the middles held.
     fn by_ends(&self, at: f64, all: &std::ops::Range<usize>) -> f64 {
         let change = |(end, place): (usize, usize)| {
             let quotient = at_end(Tangent::<1>::from_re(self.wall.ends[end] - at).derivative(0));

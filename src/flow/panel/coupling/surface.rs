@@ -1,8 +1,8 @@
 //! Functions along the surface as cubic splines over the node index.
 //!
-//! The coordinate is the index t of the nodes, so that the knots are the integers for every section: interpolation,
-//! projection and sub-panel correction are the same constant operators whatever the shape, and only the map between
-//! t and arc length knows the geometry.
+//! The coordinate is the index t of the nodes, so that the knots are the integers for every section. Interpolation,
+//! projection and sub-panel correction are then constant operators whatever the shape, and only the map between t and
+//! arc length knows the geometry.
 
 use crate::flow::linear::Linear;
 use crate::scalar::Scalar;
@@ -15,7 +15,7 @@ pub(crate) struct IndexSpline {
     factors: Vec<[f64; 2]>,
 }
 
-/// Four weights and the index of the first coefficient they belong to.
+/// The index of the first of four consecutive coefficients, and their weights.
 pub(crate) type Weights<S> = (usize, [S; 4]);
 
 impl IndexSpline {
@@ -37,7 +37,7 @@ impl IndexSpline {
         if row == 0 { -1.0 } else { 1.0 }
     }
 
-    /// B-spline coefficients, two more than values.
+    /// B-spline coefficients of the interpolating spline: two more than there are values.
     pub fn coefficients<S: Scalar>(&self, values: &[S]) -> Vec<S> {
         let n = values.len();
         let mut c = vec![S::from(0.0); n + 2];
@@ -113,14 +113,14 @@ impl IndexSpline {
         (cell, [v * v * v * sixth, inner(u), inner(v), u * u * u * sixth])
     }
 
-    /// Coefficients of the polynomial over t − `cell` between two nodes, the constant first.
+    /// Coefficients of the polynomial in t − `cell` between the nodes `cell` and `cell` + 1, the constant first.
     pub fn polynomial(&self, cell: usize, coefficients: &[f64]) -> [f64; 4] {
         let [a, b, c, d] = [0, 1, 2, 3].map(|q| coefficients[cell + q]);
         let sixth = 1.0 / 6.0;
         [(a + 4.0 * b + c) * sixth, 0.5 * (c - a), 0.5 * (a + c) - b, (d - a + 3.0 * (b - c)) * sixth]
     }
 
-    /// Weights for the first derivative at `t`.
+    /// Weights of the coefficients for the first derivative at `t`.
     pub fn slope_weights<S: Scalar>(&self, t: S) -> Weights<S> {
         let (cell, weights) = self.weights(Dual::new(t, S::from(1.0)));
         (cell, weights.map(|w| w.eps))
@@ -145,9 +145,10 @@ pub(crate) fn combine_real<S: Scalar>(weights: &Weights<S>, coefficients: &[f64]
         + w[3] * coefficients[first + 3]
 }
 
-/// Finds `t` in [`low`, `high`] where the spline has `value`; the spline must rise (`sign` 1) or fall (−1) there.
+/// Finds `t` in [`low`, `high`] where the spline has `value`. The spline must rise (`sign` 1) or fall (`sign` −1)
+/// there.
 ///
-/// Newton's method kept inside a shrinking bracket. Values beyond the ends give the ends.
+/// Newton's method is kept inside a shrinking bracket. Values beyond the ends give the ends.
 pub(crate) fn invert(spline: &IndexSpline, c: &[f64], value: f64, mut low: f64, mut high: f64, sign: f64) -> f64 {
     let at = |t: f64| sign * (combine_real(&spline.weights(t), c) - value);
     if at(low) >= 0.0 {

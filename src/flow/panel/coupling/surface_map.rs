@@ -4,23 +4,24 @@ use super::surface::{IndexSpline, combine, combine_real, invert};
 use crate::differentiate::{Tangent, lift_root};
 use crate::scalar::Scalar;
 
-/// Step of Newton's method for a node index after which there is no other.
+/// Step of Newton's method for a node index after which the iteration ends.
 const CLOSE: f64 = 1e-9;
 
-/// Node index and arc length: the geometry of the surface coordinate.
+/// The map between node index and arc length: the geometry of the surface coordinate.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceMap {
     pub spline: IndexSpline,
     /// Coefficients of the arc length over the node index.
     pub arc: Vec<f64>,
-    /// Arc lengths of the nodes.
+    /// Arc lengths of the nodes, in chords.
     nodes: Vec<f64>,
-    /// Total arc length.
+    /// Total arc length, in chords.
     pub total: f64,
 }
 
 impl SurfaceMap {
-    /// From the arc lengths of the nodes; `None` where they are so uneven that the spline does not rise everywhere.
+    /// The map for nodes at given arc lengths; `None` where they are so uneven that the spline does not rise
+    /// everywhere.
     pub fn new(arc_lengths: &[f64]) -> Option<Self> {
         let n = arc_lengths.len();
         let spline = IndexSpline::new(n);
@@ -44,8 +45,8 @@ impl SurfaceMap {
         lifted.unwrap_or(S::from(f64::NAN))
     }
 
-    /// Node index at arc length `s` by Newton's method on the polynomial between two nodes. `None` where it does not
-    /// converge there, or in the end intervals, where the spline need not rise.
+    /// Node index at arc length `s` by Newton's method on the polynomial between two nodes. The result is `None` where
+    /// the method does not converge, and in the end intervals, where the spline need not rise.
     fn cell_index(&self, s: f64) -> Option<f64> {
         let cell = self.nodes.partition_point(|&node| node < s).checked_sub(1)?;
         if cell == 0 || cell + 2 >= self.nodes.len() {

@@ -1,4 +1,4 @@
-//! The coupled system, linearised and reduced to about one unknown per station.
+//! The coupled system and its linearisation.
 //!
 //! The boundary-layer equations of a station give θ, the third unknown and the speed once the mass defect is known
 //! (inverse mode, which stays regular through separation). Marching them downstream leaves a dense system for the
@@ -21,40 +21,53 @@ use crate::scalar::Scalar;
 /// Everything that is constant while the coupled system is solved.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct System<'a> {
+    /// Panel equations of the section.
     pub section: &'a SectionResponse,
+    /// Onset flow and wake.
     pub flow: &'a FlowResponse,
+    /// Constants of the boundary-layer equations.
     pub layer: Layer<'a, PanelEdge<f64>>,
 }
 
-/// The free stream and where transition is forced.
+/// The free stream, and where transition is forced.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stream {
+    /// Mach number of the onset flow.
     pub mach: f64,
+    /// Reynolds number on a chord of one.
     pub reynolds: f64,
+    /// Critical amplification factor.
     pub n_critical: f64,
-    /// Arc length of the trip of each side from the first node, where there is one.
+    /// Arc length of the trip of each side from the first node in chords, where there is a trip.
     pub trips: [Option<f64>; 2],
 }
 
-/// The system at one set of unknowns: residuals and exact Jacobian in blocks.
+/// The system at one set of unknowns: residuals, and the exact Jacobian in blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct Linearised {
     pub numbering: Numbering,
+    /// Closure at every station, with derivatives with respect to the unknowns of the station.
     pub derived: Recycled<Derived<ByStation>>,
+    /// Abscissas of the stations, with derivatives in the global directions.
     pub positions: Positions,
+    /// Speeds at the stations, with derivatives in the global directions.
     pub speeds: EdgeSpeeds,
+    /// Derivatives of the speeds with respect to the mass defects.
     pub by_mass: SpeedsByMass,
+    /// Linearised boundary-layer equations of every station.
     pub blocks: Recycled<Block>,
-    /// Mass defect (unsigned) of every station and the gradient of its logarithm in the station's unknowns.
+    /// Mass defect of every station, without sign.
     pub mass: Vec<f64>,
+    /// Derivatives of the logarithm of the mass defect of every station with respect to the unknowns of the station.
     pub log_mass: Vec<State>,
     /// Transition residuals of both sides.
     pub transition: [ByTransition; 2],
+    /// Residuals of all equations.
     pub residuals: Residuals,
 }
 
-/// Mass defect of a station, without sign: the speed of the panels times the displacement thickness, in the wake with the
-/// dead air.
+/// Mass defect of a station, without sign: the speed of the panels times the displacement thickness, plus the dead air
+/// in the wake.
 pub(crate) fn mass_defect<S: Scalar>(station: &Derived<S>, gap: Option<S>) -> S {
     let displacement = gap.map_or(station.displacement, |gap| station.displacement + gap);
     station.speed * displacement
@@ -75,7 +88,7 @@ impl<'a> System<'a> {
         Self { section, flow, layer }
     }
 
-    /// Start by marching along the inviscid speeds.
+    /// Start of the Newton iteration, made by marching along the inviscid speeds.
     pub fn march(&self) -> Unknowns {
         let (section, flow) = (self.section, self.flow);
         let stagnation = flow.stagnation(section);
@@ -86,7 +99,7 @@ impl<'a> System<'a> {
         self.layer.march(&OuterSpeeds { stagnation, surface: &surface, wake: &flow.wake_inviscid })
     }
 
-    /// Residuals of all equations, in `f64` throughout.
+    /// Residuals of all equations, computed in `f64` throughout.
     pub fn residuals(&self, unknowns: &Unknowns) -> Residuals {
         let layer = &self.layer;
         let numbering = layer.numbering();
@@ -105,7 +118,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// The equations linearised.
+    /// Residuals and derivatives of all equations.
     pub fn linearise(&self, unknowns: &Unknowns) -> Linearised {
         let numbering = self.layer.numbering();
         let derived = self.layer.derive_all(unknowns);
@@ -143,7 +156,7 @@ impl<'a> System<'a> {
     }
 }
 
-/// Signed defects at the points along the surface, and defects of the wake.
+/// Signed mass defects at the points along the surface, and mass defects of the wake.
 pub(crate) fn signed(mass: &[f64], numbering: &Numbering) -> (Vec<f64>, Vec<f64>) {
     let mut points = vec![0.0; numbering.points()];
     for side in Side::BOTH {
@@ -155,8 +168,9 @@ pub(crate) fn signed(mass: &[f64], numbering: &Numbering) -> (Vec<f64>, Vec<f64>
 }
 
 impl Linearised {
-    /// Derivative of the speed residual of station `k` with respect to ln of the defects of all stations, and to the
-    /// four global directions, but without the station's own speed.
+    /// Writes to `row` the derivatives of the speed residual of station `k` with respect to the logarithms of the mass
+    /// defects of all stations, and returns those with respect to the four global directions. The station's own speed
+    /// is left out.
     pub(super) fn speed_row(&self, k: usize, row: &mut [f64]) -> [f64; GLOBALS] {
         let n = &self.numbering;
         let (sign, by_mass, by_global) = match n.on_side(k) {
@@ -173,7 +187,7 @@ impl Linearised {
         gradient(&by_global).map(|g| -sign * g)
     }
 
-    /// Row of the stagnation equation over the dense unknowns.
+    /// Writes the row of the stagnation equation over the dense unknowns.
     pub(super) fn stagnation_row(&self, row: &mut [f64]) {
         let n = &self.numbering;
         let by_mass = self.by_mass.points.column(n.side);
@@ -182,8 +196,8 @@ impl Linearised {
     }
 }
 
-/// From derivatives with respect to the signed defects at the points and in the wake to those with respect to the
-/// logarithms of the defects of the stations, times `factor`.
+/// Turns derivatives with respect to the signed mass defects at the points and in the wake into `factor` times those
+/// with respect to the logarithms of the mass defects of the stations.
 fn scatter_by_mass(numbering: &Numbering, by_mass: &[f64], mass: &[f64], factor: f64, row: &mut [f64]) {
     let side = numbering.side;
     let (upper, rest) = by_mass.split_at(side);
@@ -204,21 +218,24 @@ fn scatter_by_mass(numbering: &Numbering, by_mass: &[f64], mass: &[f64], factor:
 /// Residuals of all equations.
 #[derive(Debug, Clone)]
 pub(crate) struct Residuals {
+    /// Residuals of the boundary-layer equations of every station.
     pub blocks: Vec<[f64; EQUATIONS]>,
     /// Edge-speed residual of every station.
     pub speed: Vec<f64>,
+    /// Transition residuals of the upper and lower side.
     pub transition: [f64; 2],
+    /// Residual of the stagnation equation.
     pub stagnation: f64,
 }
 
 impl Residuals {
-    /// No residuals at so many stations.
+    /// Zero residuals for a number of stations.
     pub fn zeros(stations: usize) -> Self {
         let blocks = vec![[0.0; EQUATIONS]; stations];
         Self { blocks, speed: vec![0.0; stations], transition: [0.0; 2], stagnation: 0.0 }
     }
 
-    /// All numbers.
+    /// All residuals in one list.
     pub fn all(&self) -> impl Iterator<Item = f64> + '_ {
         let ends = self.transition.into_iter().chain([self.stagnation]);
         self.blocks.as_flattened().iter().chain(&self.speed).copied().chain(ends)
