@@ -17,16 +17,3 @@ pub(crate) type Dual8 = Tangent<8>;
 pub(crate) fn gradient<const N: usize>(x: &Tangent<N>) -> [f64; N] {
     x.eps
 }
-
-/// The chain rule: `outer` carries derivatives with respect to M numbers, which are themselves the dual numbers
-/// `inner`.
-#[inline(always)]
-pub(crate) fn compose<const M: usize, const N: usize>(outer: &Tangent<M>, inner: [&Tangent<N>; M]) -> Tangent<N> {
-    let mut eps = [0.0; N];
-    for (slope, inner) in outer.eps.iter().zip(inner) {
-        for k in 0..N {
-            eps[k] += slope * inner.eps[k];
-        }
-    }
-    Tangent { re: outer.re, eps }
-}

@@ -79,16 +79,17 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
     /// stagnation point, in chords.
     pub fn blocks(&self, derived: &[Derived<ByStation>], abscissas: &[Vec<ByGlobal>; 2]) -> Recycled<Block> {
         let mut result = Recycled::with_capacity(derived.len());
+        let (law, wake_law) = (self.law.map(ByInterval::from_re), self.law.map(ByPair::from_re));
         for link in self.links() {
             result.push(match link {
                 Link::First { side } => self.first_block(derived, side, abscissas[side.index()][0]),
                 Link::Surface { side, number, regime, turns } => {
                     let x = &abscissas[side.index()];
                     let k = self.numbering().station(side, number);
-                    self.surface_block(derived, (k, regime, turns), [x[number - 1], x[number]])
+                    self.surface_block(derived, (k, regime, turns), [x[number - 1], x[number]], &law)
                 }
                 Link::WakeStart => self.wake_start_block(derived),
-                Link::Wake { number } => self.wake_block(derived, number),
+                Link::Wake { number } => self.wake_block(derived, number, &wake_law),
             });
         }
         result
@@ -112,13 +113,14 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         derived: &[Derived<ByStation>],
         (k, regime, turns): (usize, Regime, bool),
         x: [ByGlobal; 2],
+        law: &L::In<ByInterval>,
     ) -> Block {
         let before = match turns {
             true => placed(&turned(derived[k - 1].state, &self.law.map(ByStation::from_re)), 0),
             false => placed(&derived[k - 1], 0),
         };
         let interval = Interval { from: &before, span: Span::on_wall(moving(x)), regime };
-        let residuals = interval.residual_by_states(&placed(&derived[k], OWN), &self.law);
+        let residuals = interval.residual(&placed(&derived[k], OWN), law);
         Block {
             residual: residuals.map(|r| r.re),
             own: coupling(&residuals, OWN),
@@ -141,11 +143,11 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         }
     }
 
-    fn wake_block(&self, derived: &[Derived<ByStation>], number: usize) -> Block {
+    fn wake_block(&self, derived: &[Derived<ByStation>], number: usize, law: &L::In<ByPair>) -> Block {
         let k = self.numbering().wake_start() + number;
         let (before, own): (Derived<ByPair>, _) = (placed(&derived[k - 1], 0), placed(&derived[k], OWN));
         let interval = Interval { from: &before, span: self.wake_interval_span(number), regime: Regime::Wake };
-        let residuals = interval.residual_by_states(&own, &self.law);
+        let residuals = interval.residual(&own, law);
         Block {
             residual: residuals.map(|r| r.re),
             own: coupling(&residuals, OWN),

@@ -6,7 +6,7 @@
 //! [`project`](super::project)) and the derivatives by gas and dead air differ only in the variables that they seed.
 
 use super::edge::EdgeLaw;
-use super::interval::{Merged, Span, growth, growth_by_states, lag, momentum_and_energy, similarity, upwind_weight};
+use super::interval::{Merged, Span, growth, lag, momentum_and_energy, similarity, upwind_weight};
 use super::layout::Layout;
 use super::station::{Derived, Regime, State, transition_state};
 use super::transition;
@@ -89,36 +89,18 @@ impl<S: Scalar> Interval<'_, S> {
         (momentum_and_energy(self.from, own, &self.span, self.regime, upwind), upwind)
     }
 
-    /// Residuals of all equations with the station `own` at the end. `growth` is the mean growth rate between two
-    /// states.
-    pub fn residual(&self, own: &Derived<S>, growth: impl Fn(&State<S>, &State<S>) -> S) -> [S; EQUATIONS] {
+    /// Residuals of all equations with the station `own` at the end of the interval.
+    pub fn residual(&self, own: &Derived<S>, law: &impl EdgeLaw<Number = S>) -> [S; EQUATIONS] {
         let ([momentum, energy], upwind) = self.upwinded(own);
         let third = match self.regime {
             Regime::Laminar => {
                 let (from, to) = (&self.from.state, &own.state);
                 let [start, end] = self.span.x;
-                to.amplification() - from.amplification() - growth(from, to) * (end - start)
+                to.amplification() - from.amplification() - growth(from, to, law) * (end - start)
             }
             Regime::Turbulent | Regime::Wake => lag(self.from, own, &self.span, self.regime, upwind),
         };
         [momentum, energy, third]
-    }
-
-    /// Calls [`residual`](Self::residual) where the law of the edge may carry derivatives too.
-    pub fn residual_of(&self, own: &Derived<S>, law: &impl EdgeLaw<Number = S>) -> [S; EQUATIONS] {
-        self.residual(own, |a, b| growth(a, b, law))
-    }
-}
-
-impl<const N: usize> Interval<'_, Tangent<N>> {
-    /// Calls [`residual`](Self::residual) for derivatives with respect to states and abscissas, with a law of the edge
-    /// that carries none.
-    pub fn residual_by_states(
-        &self,
-        own: &Derived<Tangent<N>>,
-        law: &impl EdgeLaw<Number = f64>,
-    ) -> [Tangent<N>; EQUATIONS] {
-        self.residual(own, |a, b| growth_by_states(a, b, law))
     }
 }
 
@@ -177,13 +159,13 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
                 let x = &abscissas[side.index()];
                 let span = Span::on_wall([x[number - 1], x[number]].map(S::from));
                 let from = turned.as_ref().unwrap_or(&derived[k - 1]);
-                Interval { from, span, regime }.residual_of(&derived[k], law)
+                Interval { from, span, regime }.residual(&derived[k], law)
             }
             Link::WakeStart => Merged::new(&derived[upper], &derived[lower]).residual(&derived[numbering.wake_start()]),
             Link::Wake { number } => {
                 let k = numbering.wake_start() + number;
                 let span = self.wake_span(number, [gap[number - 1], gap[number]]);
-                Interval { from: &derived[k - 1], span, regime: Regime::Wake }.residual_of(&derived[k], law)
+                Interval { from: &derived[k - 1], span, regime: Regime::Wake }.residual(&derived[k], law)
             }
         };
         self.links().map(residual).collect()

@@ -13,8 +13,6 @@ use super::closure::turbulent::{LAG, LOCUS_B, WAKE_DISSIPATION_LENGTH, equilibri
 use super::closure::{amplification, laminar, turbulent};
 use super::edge::EdgeLaw;
 use super::station::{Derived, Regime, State};
-use crate::differentiate::Tangent;
-use crate::flow::duals::compose;
 use crate::scalar::Scalar;
 
 /// Abscissas of the two ends of an interval and, in the wake, the dead-air gap behind a blunt edge there.
@@ -134,38 +132,11 @@ const GAUSS: [[f64; 2]; 4] = [
 /// The onset of growth travels through the intervals as the shape changes; quadrature inside the interval keeps the
 /// solution from depending on where it stands. The amplification equation is n_b − n_a − (x_b − x_a) · growth = 0.
 pub(super) fn growth<S: Scalar>(a: &State<S>, b: &State<S>, law: &impl EdgeLaw<Number = S>) -> S {
-    mean_growth(a, b, |state| growth_rate(state, law))
-}
-
-/// Mean growth rate like [`growth`], for derivatives with respect to the states alone. The local rate depends on three
-/// numbers of a state, so that the dual numbers inside need carry no more than three derivatives, whatever `N` is. That
-/// takes four per cent off the instructions of a cold point, compared with [`growth`] in the numbers of the whole
-/// interval.
-pub(super) fn growth_by_states<const N: usize>(
-    a: &State<Tangent<N>>,
-    b: &State<Tangent<N>>,
-    law: &impl EdgeLaw<Number = f64>,
-) -> Tangent<N> {
-    let law = law.map(Tangent::<3>::from_re);
-    mean_growth(a, b, |state| {
-        let variable = |value: Tangent<N>, k: usize| Tangent::<3>::from_re(value.re).derivative(k);
-        let narrow = State {
-            log_theta: variable(state.log_theta, 0),
-            log_shape: variable(state.log_shape, 1),
-            third: Tangent::from_re(state.third.re),
-            log_speed: variable(state.log_speed, 2),
-        };
-        compose(&growth_rate(&narrow, &law), [&state.log_theta, &state.log_shape, &state.log_speed])
-    })
-}
-
-/// Mean over an interval of a local growth rate, by Gauss quadrature.
-fn mean_growth<S: Scalar>(a: &State<S>, b: &State<S>, rate: impl Fn(&State<S>) -> S) -> S {
     let mut growth = S::from(0.0);
     for [at, weight] in GAUSS {
-        // the state on the straight line between both; no rate depends on the third unknown
+        // the state on the straight line between both; the rate does not depend on the third unknown
         let state = a.zip(b, |p, q| p + (q - p) * at);
-        growth += rate(&state) * weight;
+        growth += growth_rate(&state, law) * weight;
     }
     growth
 }
@@ -258,21 +229,6 @@ mod tests {
         let reynolds = |x: f64| 1e6 * 0.66412e-3 * f64::sqrt(x);
         assert!((growth / (0.01031 * (reynolds(0.72) - reynolds(0.7))) - 1.0).abs() < 0.01, "{growth}");
         assert_eq!(super::growth(&state(0.01), &state(0.02), &stream), 0.0);
-    }
-
-    #[test]
-    fn growth_has_one_derivative_by_narrow_and_by_wide_dual_numbers() {
-        let stream = FreeStream::new(0.4, 1e6);
-        let (a, b) = (
-            State { log_theta: -8.0, log_shape: 0.5, third: 1.0, log_speed: 0.1 }.seed::<8>(0),
-            State { log_theta: -7.9, log_shape: 0.6, third: 1.5, log_speed: 0.08 }.seed::<8>(4),
-        );
-        let narrow = growth_by_states(&a, &b, &stream);
-        let wide = growth(&a, &b, &stream.map(Tangent::<8>::from_re));
-        assert!(narrow.re > 0.0 && (narrow.re / wide.re - 1.0).abs() < 1e-14);
-        for (k, (narrow, wide)) in narrow.eps.iter().zip(&wide.eps).enumerate() {
-            assert!((narrow - wide).abs() <= 1e-12 * growth(&a, &b, &stream.map(Tangent::from_re)).re, "{k}");
-        }
     }
 
     #[test]

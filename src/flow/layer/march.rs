@@ -201,12 +201,13 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
             log_speed: (0.5 * (a.state.speed() + b.state.speed())).ln(),
         };
         unknowns.stations[first] = before;
+        let wide = self.law.map(Dual3::from_re);
         for number in 1..numbering.wake {
             let log_speed = outer.wake[number].max(0.3).ln();
             let start = Derived::new(before, Regime::Wake, &self.law).map(Dual3::from);
             let interval = Interval { from: &start, span: self.wake_interval_span(number), regime: Regime::Wake };
             let step = self.distances[number] - self.distances[number - 1];
-            let equations = |d: &Derived<Dual3>| interval.residual_by_states(d, &self.law);
+            let equations = |d: &Derived<Dual3>| interval.residual(d, &wide);
             before = advance(&self.law, Regime::Wake, &before, log_speed, step, &equations);
             unknowns.stations[first + number] = before;
         }
@@ -280,13 +281,14 @@ impl<L: EdgeLaw<Number = f64>> MarchedSide<'_, '_, L> {
     fn turbulent(&self, states: &mut Vec<State>) {
         let (law, x) = (&self.layer.law, &self.x);
         let laminar = states.len();
+        let wide = law.map(Dual3::from_re);
         for j in laminar..x.len() {
             let log_speed = self.outer.log_speed(self.side, x[j], self.length);
             let before = if j == laminar { transition_state(states[j - 1], law) } else { states[j - 1] };
             let start = Derived::new(before, Regime::Turbulent, law).map(Dual3::from);
             let span = Span::on_wall([x[j - 1], x[j]].map(Dual3::from));
             let interval = Interval { from: &start, span, regime: Regime::Turbulent };
-            let equations = |d: &Derived<Dual3>| interval.residual_by_states(d, law);
+            let equations = |d: &Derived<Dual3>| interval.residual(d, &wide);
             states.push(advance(law, Regime::Turbulent, &before, log_speed, x[j] - x[j - 1], &equations));
         }
     }

@@ -99,6 +99,7 @@ impl<L: EdgeLaw<Number = f64>> March<'_, '_, L> {
 
     fn side(&mut self, side: Side, x: &[f64], range: std::ops::Range<usize>) {
         let (numbering, law) = (self.layer.numbering(), self.layer.law);
+        let wide = law.map(ByStation::from_re);
         for j in range {
             let k = numbering.station(side, j);
             let regime = numbering.regime(k);
@@ -112,12 +113,13 @@ impl<L: EdgeLaw<Number = f64>> March<'_, '_, L> {
             let start = Derived::new(start, regime, &law).map(ByStation::from_re);
             let span = Span::on_wall([x[j - 1], x[j]].map(ByStation::from_re));
             let interval = Interval { from: &start, span, regime };
-            self.advance(k, regime, Some(before), &|d| interval.residual_by_states(d, &law));
+            self.advance(k, regime, Some(before), &|d| interval.residual(d, &wide));
         }
     }
 
     fn wake(&mut self) {
         let (numbering, law) = (self.layer.numbering(), self.layer.law);
+        let wide = law.map(ByStation::from_re);
         let first = numbering.wake_start();
         let [a, b] = numbering.ends().map(|end| Derived::new(self.unknowns.stations[end], Regime::Turbulent, &law));
         let merged = Merged::new(&a, &b);
@@ -132,7 +134,7 @@ impl<L: EdgeLaw<Number = f64>> March<'_, '_, L> {
             let start = Derived::new(before, Regime::Wake, &law).map(ByStation::from_re);
             let span = self.layer.wake_interval_span(number);
             let interval = Interval { from: &start, span, regime: Regime::Wake };
-            let equations = |d: &Derived<ByStation>| interval.residual_by_states(d, &law);
+            let equations = |d: &Derived<ByStation>| interval.residual(d, &wide);
             self.advance(first + number, Regime::Wake, Some(before), &equations);
         }
     }

@@ -25,7 +25,7 @@ pub(crate) fn residuals<S: Scalar, L: EdgeLaw<Number = f64>>(
             let start = if turns { turned(start.state, law) } else { start };
             let x = &abscissas[side.index()];
             let span = Span::on_wall([x[number - 1], x[number]]);
-            Interval { from: &start, span, regime }.residual_of(&derived[k], law)
+            Interval { from: &start, span, regime }.residual(&derived[k], law)
         }
         Link::WakeStart => {
             let [upper, lower] = numbering.ends();
@@ -34,7 +34,7 @@ pub(crate) fn residuals<S: Scalar, L: EdgeLaw<Number = f64>>(
         Link::Wake { number } => {
             let k = numbering.wake_start() + number;
             let span = layer.wake_span(number, [gap[number - 1], gap[number]]);
-            Interval { from: &derived[k - 1], span, regime: Regime::Wake }.residual_of(&derived[k], law)
+            Interval { from: &derived[k - 1], span, regime: Regime::Wake }.residual(&derived[k], law)
         }
     };
     layer.links().map(residual).collect()

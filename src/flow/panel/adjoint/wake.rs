@@ -141,7 +141,7 @@ fn add_dead_air(solved: &Solved, reverse: &Reverse, collected: &mut Collected) {
         let [before, own] = [k - 1, k].map(|i| at.derived[i].map(|v| Dual2::from_re(v.re)));
         let gap = [0, 1].map(|end| Dual2::from_re(layer.gap[number - 1 + end]).derivative(end));
         let interval = Interval { from: &before, span: layer.wake_span(number, gap), regime: Regime::Wake };
-        for (r, m) in interval.residual_of(&own, &law).iter().zip(&reverse.multipliers.chain[k]) {
+        for (r, m) in interval.residual(&own, &law).iter().zip(&reverse.multipliers.chain[k]) {
             by_gap[number - 1] -= m * r.eps[0];
             by_gap[number] -= m * r.eps[1];
         }
