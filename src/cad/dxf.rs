@@ -1,6 +1,6 @@
 //! DXF of AutoCAD 2000 (`AC1015`): a `SPLINE` and, for a gap, a `LINE`.
 
-use super::{CadError, Drawing, Options, RESOLUTION, check_name, is_plain};
+use super::drawing::{CadError, Drawing, Options, RESOLUTION, check_name, is_plain};
 use crate::spline::BSplineCurve;
 use std::fmt::Display;
 

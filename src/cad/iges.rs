@@ -1,6 +1,6 @@
 //! IGES 5.3: fixed lines of 80 columns, rational B-spline curve (entity 126) and line (entity 110).
 
-use super::{CadError, Drawing, Options, RESOLUTION, check_name, is_plain, real};
+use super::drawing::{CadError, Drawing, Options, RESOLUTION, check_name, is_plain, real};
 use crate::spline::BSplineCurve;
 
 /// An IGES file of the curve, in metres; a gap between its ends is closed by a straight segment (entity 110).

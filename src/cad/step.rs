@@ -1,6 +1,6 @@
 //! STEP: ISO 10303-21 exchange structure, application protocol 214 (`AUTOMOTIVE_DESIGN`).
 
-use super::{CadError, Drawing, Options, RESOLUTION, check_name, real};
+use super::drawing::{CadError, Drawing, Options, RESOLUTION, check_name, real};
 use crate::spline::BSplineCurve;
 use std::fmt::Write;
 

@@ -1,7 +1,9 @@
 //! `aeroform analyze`: one operating point of a section.
 
+use super::failure::Failure;
+use super::figures;
 use super::flow_arguments::{FlowArguments, panelled};
-use super::{Failure, figures, pretty, print, print_json};
+use super::output::{pretty, print, print_json};
 use crate::flow::{InviscidSolution, Settings, Solution};
 use crate::report::OutputDirectory;
 use crate::report::json::{AnalysisReport, InviscidReport};

@@ -1,6 +1,7 @@
 //! `aeroform cases`: the built-in cases.
 
-use super::{Failure, print, print_json};
+use super::failure::Failure;
+use super::output::{print, print_json};
 use crate::case::{Case, builtin_cases};
 use crate::report::json::{CaseEntry, CaseList};
 

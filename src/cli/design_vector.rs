@@ -1,6 +1,6 @@
 //! Design vectors as JSON files: `{"variable name": value, …}`.
 
-use super::Failure;
+use super::failure::Failure;
 use crate::case::Case;
 use serde_json::{Map, Value};
 

@@ -1,6 +1,8 @@
 //! `aeroform evaluate`: one evaluation of a case, for outside optimisers and scripts.
 
-use super::{Failure, design_vector, print, print_json};
+use super::design_vector;
+use super::failure::Failure;
+use super::output::{print, print_json};
 use crate::case::Case;
 use crate::report::json::{EvaluationReport, Named};
 

@@ -1,6 +1,6 @@
 //! Arguments that `analyze` and `polar` share: section, panels, condition.
 
-use super::Failure;
+use super::failure::Failure;
 use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
 use crate::section::SectionDefinition;
 

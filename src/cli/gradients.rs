@@ -1,6 +1,8 @@
 //! `aeroform gradients`: every derivative of a case, three ways.
 
-use super::{Failure, design_vector, print, print_json};
+use super::design_vector;
+use super::failure::Failure;
+use super::output::{print, print_json};
 use crate::case::Case;
 use crate::design::{DerivativeCheck, DesignProblem, check_gradients};
 use crate::report::json::GradientsReport;

@@ -12,6 +12,7 @@ mod figures;
 mod flow_arguments;
 mod gradients;
 mod html;
+mod output;
 mod polar;
 mod processor;
 mod run;
@@ -68,26 +69,4 @@ fn run_command(command: Command) -> Result<(), Failure> {
         Command::Polar(arguments) => polar::run(&arguments),
         Command::Cases(arguments) => cases::run(&arguments),
     }
-}
-
-/// Prints to standard output; a closed pipe (`aeroform … | head`) ends the command quietly.
-fn print(text: &str) -> Result<(), Failure> {
-    use std::io::Write;
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Err(Failure::Quiet),
-        Err(error) => Err(Failure::Computation(format!("standard output cannot be written: {error}"))),
-        Ok(()) => Ok(()),
-    }
-}
-
-/// Prints one JSON object; numbers that are not finite are `null`.
-fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
-    print(&pretty(value)?)
-}
-
-/// The text of a JSON file.
-fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
-    let text = serde_json::to_string_pretty(value).map_err(|e| Failure::Computation(e.to_string()))?;
-    Ok(text + "\n")
 }

@@ -1,7 +1,9 @@
 //! `aeroform polar`: a sweep of the angle of attack.
 
+use super::failure::Failure;
+use super::figures;
 use super::flow_arguments::{FlowArguments, panelled};
-use super::{Failure, figures, print, print_json};
+use super::output::{print, print_json};
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
 use crate::report::{Align, OutputDirectory, Table};

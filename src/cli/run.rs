@@ -1,7 +1,9 @@
 //! `aeroform run`: runs a design case and writes its results.
 
+use super::failure::Failure;
+use super::figures;
 use super::html::{HtmlTable, Page};
-use super::{Failure, figures, pretty, print, print_json};
+use super::output::{pretty, print, print_json};
 use crate::cad;
 use crate::case::{Case, CaseOutcome};
 use crate::design::{DesignProblem, FlowTiming, Shape};

@@ -1,6 +1,7 @@
 //! `aeroform section`: builds a section, measures it and exports it.
 
-use super::{Failure, print, print_json};
+use super::failure::Failure;
+use super::output::{print, print_json};
 use crate::cad;
 use crate::report::OutputDirectory;
 use crate::report::json::SectionReport;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::differentiate::{Function, StepRange, finite_difference, gradient, hessian};
-use crate::ffd::{FfdBox, Placement};
+use crate::ffd::Placement;
 use approx::assert_relative_eq;
 
 fn lattice(counts: [usize; 2]) -> FfdBox<f64> {

@@ -1,6 +1,7 @@
 //! The free-form deformation box: a tensor-product B-spline map from parameters to space.
 
-use super::{FfdError, folding};
+use super::FfdError;
+use super::simplices::smallest_simplex;
 use crate::scalar::Scalar;
 use crate::spline::{KnotVector, TensorSpline};
 
@@ -121,7 +122,7 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     fn from_spline(axes: [KnotVector; D], points: Vec<[S; D]>) -> Result<Self, FfdError> {
         let spline = TensorSpline::new(axes, points).map_err(FfdError::ControlPoints)?;
         let real: Vec<[f64; D]> = spline.control_points().iter().map(|p| p.map(|c| c.re())).collect();
-        let (index, measure) = folding::smallest_simplex(&spline.counts(), &real);
+        let (index, measure) = smallest_simplex(&spline.counts(), &real);
         if !(measure > 0.0) {
             let control_point = Self::unravel(spline.counts(), index).to_vec();
             return Err(FfdError::Folded { control_point, measure });

@@ -14,6 +14,7 @@ mod folding;
 mod inversion;
 mod lattice;
 mod linear_map;
+mod simplices;
 
 pub use embedding::Embedding;
 pub use error::FfdError;

@@ -1,6 +1,7 @@
 //! Thickness and camber: at a station, and their largest values.
 
 use super::ChordFrame;
+use super::sampling::dense_parameters;
 use crate::differentiate::{Tangent, lift_root, lift_roots};
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError};
@@ -152,7 +153,7 @@ impl Samples {
             let [x, y] = frame.coordinates(curve.point_at(u));
             [u, x, y]
         };
-        let parameters = super::dense_parameters(curve);
+        let parameters = dense_parameters(curve);
         let mut upper = vec![sample(nose)];
         let mut lower = upper.clone();
         upper.extend(parameters.iter().rev().filter(|&&u| u < nose).map(|&u| sample(u)));

@@ -1,5 +1,6 @@
 //! Leading edge and nose radius.
 
+use super::sampling::dense_parameters;
 use crate::differentiate::lift_root;
 use crate::plane::distance;
 use crate::scalar::Scalar;
@@ -51,7 +52,7 @@ impl<S: Scalar> Section<S> {
 
 /// The parameter of the curve point farthest from `tail`, to round-off.
 pub(in crate::section) fn farthest_parameter(curve: &BSplineCurve<f64>, tail: [f64; 2]) -> Result<f64, SectionError> {
-    let parameters = super::dense_parameters(curve);
+    let parameters = dense_parameters(curve);
     let distances: Vec<f64> = parameters.iter().map(|&u| distance(curve.point_at(u), tail)).collect();
     let best = (0..distances.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b]));
     let best = best.filter(|&i| i > 0 && i + 1 < parameters.len()).ok_or(NO_LEADING_EDGE)?;

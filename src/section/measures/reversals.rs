@@ -1,5 +1,6 @@
 //! Curvature reversals.
 
+use super::sampling::dense_parameters;
 use crate::plane::{cross, dot, length};
 use crate::scalar::Scalar;
 use crate::section::{MeasureProblem, Section, SectionError};
@@ -51,7 +52,7 @@ impl Section<f64> {
     pub fn curvature_reversals(&self, threshold: f64) -> [usize; 2] {
         let mut counts = [0; 2];
         let mut last_sign = [0.0; 2];
-        for u in super::dense_parameters(self.curve()) {
+        for u in dense_parameters(self.curve()) {
             let side = usize::from(u > self.nose_parameter());
             let d = self.curve().derivatives(u, 2);
             let curvature = cross(d[1], d[2]) / length(d[1]).powi(3);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::differentiate::{Function, StepRange, VectorFunction, finite_difference_jacobian, hessian, jacobian};
 use crate::section::{Coordinates, Kulfan, MeasureProblem, SectionDefinition, TrailingEdge};
-use crate::spline::{EndCondition, KnotVector, interpolate};
+use crate::spline::{BSplineCurve, EndCondition, KnotVector, interpolate};
 use approx::assert_relative_eq;
 use num_dual::Dual64;
 use proptest::prelude::*;
