@@ -1,4 +1,4 @@
-//! What the tests of the single terms of the reverse sweep share: solutions with their multipliers, and the comparison of
+//! Fixtures of the tests of single terms of the reverse sweep: solutions with their multipliers, and the comparison of
 //! what a term collects with a forward sweep.
 
 use super::reverse::{Collected, Lanes, Reverse, lanes};
@@ -63,7 +63,7 @@ impl Sums {
         self
     }
 
-    /// What a term collected times the rates of a direction.
+    /// Numbers that a term collected, times the rates of a direction.
     pub fn over(self, collected: &Collected, direction: &Direction) -> Self {
         let mut sums = self.over_points(&collected.nodes, &direction.nodes);
         sums.add(&collected.alpha, direction.alpha);

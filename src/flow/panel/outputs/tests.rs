@@ -1,4 +1,4 @@
-//! What the coefficients depend on directly against forward sweeps.
+//! The direct dependences of the coefficients against forward sweeps.
 
 use super::{direct, drag, highest_speed, panel_count};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
@@ -10,7 +10,7 @@ use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, assert_same, cambered_flows, moving, moving_along, wave};
 use num_dual::DualNum;
 
-/// What moves a coefficient: the inputs, the strengths at the nodes, the last station and the places of all points.
+/// Everything that moves a coefficient: the inputs, the strengths at the nodes, the last station and the places of all points.
 struct Motion<'a> {
     solved: &'a Solved<'a>,
     inputs: Direction,

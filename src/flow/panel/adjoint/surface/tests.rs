@@ -50,7 +50,7 @@ fn collected_by(part: impl FnOnce(&mut AtPoints), points: usize) -> AtPoints {
     result
 }
 
-/// What a part collected at the inner points, times their movement.
+/// Numbers that a part collected at the inner points, times their movement.
 fn contracted(at: &AtPoints, index: &[Forward], rate: &[Forward]) -> Sums {
     let mut sums = Sums::zero();
     for p in 1..index.len() - 1 {
