@@ -17,6 +17,7 @@ use crate::flow::memory::Recycled;
 use crate::flow::panel::compressibility::PanelEdge;
 use crate::flow::search;
 use crate::scalar::Scalar;
+use num_dual::DualNum;
 
 /// Everything that is constant while the coupled system is solved.
 #[derive(Debug, Clone, Copy)]
@@ -152,7 +153,7 @@ impl<'a> System<'a> {
         let first = self.layer.numbering().wake_start();
         let gap = |k: usize| k.checked_sub(first).map(|k| ByStation::from_re(self.flow.gap[k]));
         let masses = derived.iter().enumerate().map(|(k, d)| mass_defect(d, gap(k)));
-        masses.map(|m| (m.re, State::gradient(&m).map(|by| by / m.re))).unzip()
+        masses.map(|m| (m.re, State::gradient(&m.ln()))).unzip()
     }
 }
 
