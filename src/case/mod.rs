@@ -112,6 +112,13 @@ impl Case {
         Ok(())
     }
 
+    /// A sentence for everything that was mended in the coordinate files of the case, beginning with the name of the
+    /// section; empty where nothing was.
+    pub fn repairs(&self) -> Vec<String> {
+        let definition = self.problem.geometry().definition();
+        definition.repairs().iter().map(|repair| format!("{}: {repair}", definition.name())).collect()
+    }
+
     /// Text that identifies a run for [`Checkpoint`](crate::optimize::Checkpoint): the case file and the method.
     pub fn identity(&self) -> String {
         format!("{}\n# method {}\n", self.text, self.method.name())

@@ -2,7 +2,7 @@
 
 use super::naca::is_digits;
 use super::stations::check_control_points;
-use super::{Coordinates, KeyProblem, Kulfan, Naca4, Naca5, Section, SectionError, TrailingEdge};
+use super::{Coordinates, KeyProblem, Kulfan, Naca4, Naca5, Repair, Section, SectionError, TrailingEdge};
 use crate::scalar::Scalar;
 use std::path::Path;
 use std::str::FromStr;
@@ -111,6 +111,14 @@ impl SectionDefinition {
             Self::Naca5(naca) => naca.trailing_edge,
             Self::Kulfan(kulfan) => kulfan.trailing_edge(),
             Self::Coordinates(coordinates) => coordinates.trailing_edge(),
+        }
+    }
+
+    /// Everything that was mended in the points of a file, in order; empty for every other section.
+    pub fn repairs(&self) -> &[Repair] {
+        match self {
+            Self::Coordinates(coordinates) => coordinates.repairs(),
+            _ => &[],
         }
     }
 
