@@ -17,8 +17,9 @@ fn of(arguments: &[&str]) -> Value {
     json(&output)
 }
 
-const POINT: [&str; 17] = [
+const POINT: [&str; 18] = [
     "converged",
+    "beyond_model",
     "status",
     "residual",
     "iterations",
@@ -153,7 +154,10 @@ fn analyze() {
     assert!(result["gradients"]["cl"]["y"].as_array().unwrap().iter().all(|d| d.as_f64().unwrap().abs() < 1e-9));
     assert!(result["gradients"]["cd"]["alpha"].is_null());
     let result = of(&["analyze", "naca0012", "--alpha", "2", "--inviscid", "--json"]);
-    assert_eq!(keys(&result), ["converged", "alpha", "mach", "cl", "cm", "cp_min", "seconds"]);
+    assert_eq!(
+        keys(&result),
+        ["converged", "beyond_model", "status", "alpha", "mach", "cl", "cm", "cp_min", "critical_mach", "seconds",]
+    );
 }
 
 #[test]

@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     let begin = Instant::now();
     if arguments.inviscid {
         let alpha = arguments.alpha.unwrap_or(0.0).to_radians();
-        let solution = section.inviscid(alpha, condition.mach);
+        let solution = section.inviscid(alpha, condition.mach).map_err(input)?;
         return inviscid(arguments, &nodes, &solution, directory.as_ref(), begin.elapsed().as_secs_f64());
     }
     let solution = section.analyze(&condition, &Settings::default(), None).map_err(input)?;
@@ -156,7 +156,7 @@ fn inviscid(
     directory: Option<&OutputDirectory>,
     seconds: f64,
 ) -> Result<(), Failure> {
-    let result = InviscidReport::new(solution, arguments.point.mach, seconds);
+    let result = InviscidReport::new(solution, seconds);
     if let Some(directory) = directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
         let title = format!("{}: inviscid, CL {:.4}", arguments.point.name(), solution.cl);
@@ -166,8 +166,11 @@ fn inviscid(
         ];
         directory.write_all(files).map_err(|e| failed(&e))?;
     }
+    let failure = Failure::Computation(format!("{}: {}", arguments.point.shape, solution.status));
+    let end = if result.converged { Ok(()) } else { Err(failure) };
     if arguments.json {
-        return print_json(&result);
+        print_json(&result)?;
+        return end;
     }
     print(&format!(
         "{}, {} panels, inviscid, alpha {} degrees, M {}\n  CL {:.6}\n  Cm (c/4) {:.6}\n  Cp minimum {:.5}\n",
@@ -178,5 +181,6 @@ fn inviscid(
         solution.cl,
         solution.cm,
         solution.cp_min
-    ))
+    ))?;
+    end
 }

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Incidence {
-    /// Angle of attack in radians.
+    /// Angle of attack against the x axis of the coordinates in radians.
     Alpha(f64),
-    /// Lift coefficient on a chord of one; the solver finds the angle of attack that gives it.
+    /// Lift coefficient on the chord of the section; the solver finds the angle of attack that gives it.
     Lift(f64),
 }
 
@@ -27,12 +27,12 @@ pub struct Condition {
     /// Mach number of the onset flow, at least 0. Each solver has an upper limit of its own (0.95 for the panel
     /// solver).
     pub mach: f64,
-    /// Reynolds number on a chord of one, from 1e3 to 1e10.
+    /// Reynolds number of the chord of the section, from 1e3 to 1e10.
     pub reynolds: f64,
     /// Amplification factor n at which the laminar layer breaks down, from 0.1 to 30. A value of 9 stands for a quiet
     /// wind tunnel.
     pub n_critical: f64,
-    /// Trip strips on the upper and on the lower side: x in chords, above 0 and at most 1. Transition stands at the
+    /// Trip strips on the upper and on the lower side: x along the chord line in chords, above 0 and at most 1. Transition stands at the
     /// strip at the latest; `None` leaves it free.
     pub trips: [Option<f64>; 2],
 }
@@ -52,10 +52,11 @@ impl Condition {
             if ok { Ok(()) } else { Err(FlowError::Condition { name, value, allowed }) }
         };
         let (name, value, limit) = match self.incidence {
-            Incidence::Alpha(alpha) => ("angle of attack (radians)", alpha, 0.7),
+            // sections may stand at any angle; solvers check that against the chord line
+            Incidence::Alpha(alpha) => ("angle of attack (radians)", alpha, std::f64::consts::TAU),
             Incidence::Lift(lift) => ("lift coefficient", lift, 5.0),
         };
-        check(name, value, value.abs() <= limit, "moderate: at most 0.7 radians, or 5 in lift coefficient")?;
+        check(name, value, value.abs() <= limit, "at most a full turn, or 5 in lift coefficient")?;
         check("Mach number", self.mach, self.mach.is_finite() && self.mach >= 0.0, "finite, at least 0")?;
         check("Reynolds number", self.reynolds, (1e3..=1e10).contains(&self.reynolds), "from 1e3 to 1e10")?;
         let n = self.n_critical;
@@ -126,7 +127,7 @@ mod tests {
         assert_eq!(name(Condition { mach: f64::NAN, ..good }), "Mach number");
         assert_eq!(name(Condition { reynolds: 0.0, ..good }), "Reynolds number");
         assert_eq!(name(Condition { trips: [None, Some(0.0)], ..good }), "trip position (chords)");
-        assert_eq!(name(Condition { incidence: Incidence::Alpha(2.0), ..good }), "angle of attack (radians)");
+        assert_eq!(name(Condition { incidence: Incidence::Alpha(7.0), ..good }), "angle of attack (radians)");
         assert!(Settings { laminar_stations: 2, ..Settings::default() }.check().is_err());
     }
 }

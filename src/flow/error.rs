@@ -18,6 +18,9 @@ pub enum FlowError {
         /// Index of the node in the list, from 0.
         index: usize,
     },
+    /// No node is farthest from the middle of the trailing edge, so that the section has no chord line.
+    #[error("the nodes have no nose: no point is farthest from the middle of the trailing edge")]
+    NoNose,
     /// Two neighbouring nodes are the same point.
     #[error("nodes {first} and {second} coincide; remove one of them")]
     CoincidentNodes {

@@ -20,14 +20,27 @@ pub enum Status {
     NotConverged {
         /// Largest residual at the end of the attempt, without dimension.
         residual: f64,
+        /// Length of reversed flow in the last state over the length of the side, for the side where that is larger.
+        reversed: f64,
+    },
+    /// The lift coefficient that was asked for is not reached at any angle of attack. The solution is that with the
+    /// largest lift that was found (the smallest, where the lift asked for is negative).
+    LiftOutOfReach {
+        /// Lift coefficient that was asked for.
+        wanted: f64,
+        /// Largest lift coefficient, or the smallest, of a flow within the model.
+        largest: f64,
+        /// Angle of attack at that lift in radians.
+        alpha: f64,
     },
     /// The iteration converged, but the flow is separated so far that an integral layer with one-parameter profiles no
-    /// longer describes it.
+    /// longer describes it: the flow at the wall is reversed over more than half of a side, counted over laminar
+    /// (kinematic shape parameter above 4.0) and turbulent (above 3.5) stations alike.
     Separated {
-        /// Length of turbulent reversed flow over the length of the side, for the side where that is larger.
+        /// Length of reversed flow over the length of the side, for the side where that is larger.
         extent: f64,
     },
-    /// The iteration converged, but the flow is outside what the outer flow of the solver describes.
+    /// The flow is outside what the outer flow of the solver describes.
     OutsideModel {
         /// Kind of flow in a word; the panel solver gives "supersonic".
         name: Cow<'static, str>,
@@ -35,6 +48,8 @@ pub enum Status {
         value: f64,
         /// Reason in words, with the value.
         reason: Cow<'static, str>,
+        /// Whether the iteration converged; the coefficients mean nothing where it did not.
+        converged: bool,
     },
 }
 
@@ -44,19 +59,39 @@ impl Status {
         match self {
             Self::Converged => "converged",
             Self::NotConverged { .. } => "not converged",
+            Self::LiftOutOfReach { .. } => "lift out of reach",
             Self::Separated { .. } => "separated",
             Self::OutsideModel { name, .. } => name,
         }
     }
+
+    /// Whether the equations are solved but the flow is beyond what the model describes, so that its coefficients show
+    /// a trend at best.
+    pub fn is_beyond_model(&self) -> bool {
+        matches!(self, Self::Separated { .. } | Self::OutsideModel { converged: true, .. })
+    }
 }
+
+/// Reversed flow of the last state, over the length of a side, above which it is named as the likely cause of a
+/// failure.
+const LIKELY_SEPARATED: f64 = 0.3;
 
 impl std::fmt::Display for Status {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Converged => write!(f, "converged"),
-            Self::NotConverged { residual } => write!(f, "not converged (residual {residual:.1e})"),
+            Self::NotConverged { residual, reversed } if *reversed > LIKELY_SEPARATED => {
+                let percent = 100.0 * reversed;
+                write!(f, "not converged (residual {residual:.1e}; reversed flow over {percent:.0} % of a side)")
+            }
+            Self::NotConverged { residual, .. } => write!(f, "not converged (residual {residual:.1e})"),
+            Self::LiftOutOfReach { wanted, largest, alpha } => {
+                let extreme = if *wanted < 0.0 { "smallest" } else { "largest" };
+                let degrees = alpha.to_degrees();
+                write!(f, "CL {wanted} is beyond the {extreme} lift {largest:.4} at {degrees:.2} degrees")
+            }
             Self::Separated { extent } => {
-                write!(f, "separated beyond the model (turbulent reversed flow over {:.0} % of a side)", 100.0 * extent)
+                write!(f, "separated beyond the model (reversed flow over {:.0} % of a side)", 100.0 * extent)
             }
             Self::OutsideModel { name, reason, .. } => write!(f, "{name} {reason}"),
         }
@@ -82,15 +117,19 @@ impl Attempt {
 
 /// The flow about a section at one operating point.
 ///
-/// Lengths are in chords and speeds in units of the onset speed. Coefficients are on the chord and the dynamic pressure
-/// of the onset flow; the moment is about the quarter chord, nose-up positive.
+/// Nodes may come in any unit, at any place and at any angle: the angle of attack is that against the x axis of the
+/// nodes, and everything else refers to the section's own chord line, from the point of the section that is farthest
+/// from the middle of the trailing edge to that middle. Lengths are in chords, and coordinates x and y in the frame with
+/// the nose at (0, 0) and the middle of the trailing edge at (1, 0). Speeds are in units of the onset speed.
+/// Coefficients are on the chord and the dynamic pressure of the onset flow; the moment is about the quarter chord,
+/// nose-up positive.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// Whether the numbers below are to be trusted.
     pub status: Status,
     /// Operating point that was asked for.
     pub condition: Condition,
-    /// Angle of attack in radians. The solver has found it where the lift coefficient was prescribed.
+    /// Angle of attack against the x axis of the nodes in radians. The solver has found it where the lift coefficient was prescribed.
     pub alpha: f64,
     /// Coefficients of the section. Lift and moment come from the surface pressure, drag from the end of the wake by
     /// the formula of Squire and Young.
@@ -119,8 +158,11 @@ pub(super) trait Record: Any + Debug + Send + Sync {
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
 
-    /// Nodes of the section as they were given, in chords.
+    /// Nodes of the section as they were given.
     fn nodes(&self) -> &[[f64; 2]];
+
+    /// Length of the section's own chord, in the unit of the nodes.
+    fn chord(&self) -> f64;
 }
 
 /// Derivatives of the results of a solution. They hold whatever the condition holds: the angle of attack or the lift
@@ -134,7 +176,8 @@ pub struct HeldGradients {
     pub alpha: Derivatives,
 }
 
-/// Flow at one station of the boundary layer or the wake. Lengths are in chords, speeds in units of the onset speed.
+/// Flow at one station of the boundary layer or the wake. Lengths are in chords, x and y in the frame of the chord line
+/// (see [`Solution`]), speeds in units of the onset speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StationFlow {
     /// Arc length from the stagnation point, or in the wake from the trailing edge.
@@ -165,6 +208,8 @@ pub struct StationFlow {
 /// Distributions of a solution along the surface and the wake.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Distributions {
+    /// Nodes of the section in the frame of its chord line, in chords.
+    pub nodes: Vec<[f64; 2]>,
     /// Pressure coefficient at the nodes of the section, in the order of the nodes.
     pub cp: Vec<f64>,
     /// Pressure coefficient at the nodes of the flow without boundary layer, at the angle of attack of the solution.
@@ -183,16 +228,18 @@ impl Solution {
         self.status == Status::Converged
     }
 
+    /// Whether the coefficients belong to a solved flow at the operating point, within the model or beyond it.
+    pub fn is_solved(&self) -> bool {
+        self.is_reliable() || self.status.is_beyond_model()
+    }
+
     /// Exact derivatives of the coefficients at fixed angle of attack. The wake, the stagnation point and transition
     /// move with the inputs.
     ///
     /// The result is `None` where the solution is not converged, because it has no derivatives then. See
     /// [`held_gradients`](Self::held_gradients) for a point at fixed lift coefficient.
     pub fn gradients(&self) -> Option<Gradients> {
-        match self.status {
-            Status::NotConverged { .. } => None,
-            _ => self.record.gradients(),
-        }
+        if self.is_solved() { self.record.gradients() } else { None }
     }
 
     /// Exact derivatives that hold whatever the condition holds: the angle of attack or the lift coefficient.
@@ -213,7 +260,7 @@ impl Solution {
     }
 
     /// The coefficients over any scalar that carries at most first derivatives. `nodes` are the nodes of the solution,
-    /// in chords, with whatever derivatives they have. The angle of attack or the lift coefficient is held, as the
+    /// in their own unit, with whatever derivatives they have. The angle of attack or the lift coefficient is held, as the
     /// condition says.
     ///
     /// ```
@@ -243,7 +290,8 @@ impl Solution {
         }
         let nodes: Vec<[S; 2]> = nodes.iter().map(|&p| p.into()).collect();
         let own = self.record.nodes();
-        let far = |(own, other): (&[f64; 2], &[S; 2])| !(0..2).all(|c| (other[c].re() - own[c]).abs() <= 1e-9);
+        let tolerance = 1e-9 * self.record.chord();
+        let far = |(own, other): (&[f64; 2], &[S; 2])| !(0..2).all(|c| (other[c].re() - own[c]).abs() <= tolerance);
         if own.len() != nodes.len() || own.iter().zip(&nodes).any(far) {
             return Err(FlowError::OtherNodes);
         }

@@ -18,8 +18,9 @@ pub trait FlowSolver: Debug + Send + Sync {
 
     /// Prepares a section: does once the work that all operating points share.
     ///
-    /// `nodes` are the points of the section in chords, from the trailing edge over the upper surface to the nose and
-    /// back along the lower surface. For a sharp edge the first and the last node are one point.
+    /// `nodes` are points of the section, from the trailing edge over the upper surface to the nose and back along the
+    /// lower surface, in any unit, at any place and at any angle: see [`Solution`]. For a sharp edge the first and the
+    /// last node are one point.
     ///
     /// # Errors
     /// [`FlowError`] for nodes that make no section.

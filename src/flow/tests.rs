@@ -271,7 +271,7 @@ fn what_is_beyond_the_model_says_so() {
     // one iteration is not enough
     let hasty = Settings { iterations: 1, retry: false, ..Settings::default() };
     let s = analyze(&blunt(), TrailingEdge::Blunt, &at(4.0), &hasty, None).unwrap();
-    assert!(matches!(s.status, Status::NotConverged { residual } if residual > 1e-6));
+    assert!(matches!(s.status, Status::NotConverged { residual, .. } if residual > 1e-6));
     assert!(s.gradients().is_none());
 }
 

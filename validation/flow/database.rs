@@ -141,7 +141,8 @@ impl Database {
         };
         let status = match s.status {
             Status::Converged => "converged",
-            Status::NotConverged { .. } => "not-converged",
+            Status::NotConverged { .. } | Status::OutsideModel { converged: false, .. } => "not-converged",
+            Status::LiftOutOfReach { .. } => "out-of-reach",
             Status::Separated { .. } => "separated",
             Status::OutsideModel { .. } => "supersonic",
         };

@@ -2,7 +2,7 @@
 //! boundary layer.
 //!
 //! [`kernel`], [`polar`], [`outline`], [`inviscid`], [`edge`] and [`wake`] make up the flow without a layer, and
-//! [`compressibility`] corrects it. [`coupling`] couples it with the layer. [`section`] leads from an operating point
+//! [`compressibility`] corrects it. All of it works in the own [`frame`] of the section. [`coupling`] couples it with the layer. [`section`] leads from an operating point
 //! to a solution, and [`record`] keeps the state of a solution that is needed later ([`solved`]). [`outputs`] reads the
 //! coefficients off that state, and [`adjoint`] differentiates them.
 //!
@@ -15,12 +15,15 @@ mod adjoint;
 mod compressibility;
 pub(crate) mod coupling;
 mod edge;
+mod family;
+mod frame;
 mod inviscid;
 mod kernel;
 mod outline;
 mod outputs;
 mod polar;
 mod record;
+mod request;
 mod section;
 mod solved;
 mod wake;

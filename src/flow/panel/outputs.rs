@@ -7,8 +7,8 @@ use super::coupling::surface::combine_real;
 use super::outline::TrailingEdge;
 use super::solved::{Direct, Solved, output_gradient, through_defects};
 use crate::flow::coefficients::Coefficients;
-use crate::flow::duals::{Dual2, Dual8, gradient};
-use crate::flow::layer::{Derived, Regime, Side, State};
+use crate::flow::duals::{Dual2, Dual3, Dual8, gradient};
+use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
 use crate::flow::linear::dot;
 use crate::flow::search::Equations;
 use crate::scalar::Scalar;
@@ -23,7 +23,7 @@ pub(super) struct SurfaceValues {
     pub cl: f64,
     /// Moment coefficient about the quarter chord, nose-up positive.
     pub cm: f64,
-    /// Lowest pressure coefficient on the surface.
+    /// Lowest pressure coefficient on the surface, smooth where the suction peaks of both sides tie.
     pub cp_min: f64,
 }
 
@@ -86,7 +86,8 @@ pub(super) fn surface_values(section: &SectionResponse, strengths: &[f64], alpha
         cl += lift;
         cm += moment;
     }
-    SurfaceValues { cl, cm, cp_min: correction.pressure(highest_speed(section, strengths).1) }
+    let peaks = suction_peaks(section, strengths).map(|(_, speed)| speed);
+    SurfaceValues { cl, cm, cp_min: lowest_pressure(&correction, peaks) }
 }
 
 /// Adds the direct dependence of lift (first) and moment (second).
@@ -113,38 +114,67 @@ fn add_loads(solved: &Solved, mut loads: [&mut Direct; 2]) {
     }
 }
 
-/// Node index at which the spline of the speed has its largest magnitude, and the speed there.
-fn highest_speed(section: &SectionResponse, strengths: &[f64]) -> (f64, f64) {
+/// Sharpness of the smooth maximum of the two suction peaks, per onset speed. Peaks that tie count as 0.002 faster than
+/// they are; peaks that differ by 0.02 in speed are apart to 1e-6.
+const PEAK_SHARPNESS: f64 = 400.0;
+
+/// The highest speed on each side of the stagnation point: the node index where the spline of the speed has its largest
+/// magnitude, and the speed there, positive on the upper side and negative on the lower.
+pub(super) fn suction_peaks(section: &SectionResponse, strengths: &[f64]) -> [(f64, f64); 2] {
     let spline = &section.map.spline;
     let c = spline.coefficients(strengths);
     let last = strengths.len() - 1;
-    let node = (1..=last).fold(0, |best, i| if strengths[i].abs() >= strengths[best].abs() { i } else { best });
-    let sign = strengths[node].signum();
-    let slope = |t: f64| sign * combine_real::<f64>(&spline.slope_weights(t), &c);
-    let (mut low, mut high) = (node.saturating_sub(1) as f64, (node + 1).min(last) as f64);
-    let at = if slope(low) <= 0.0 {
-        low
-    } else if slope(high) >= 0.0 {
-        high
-    } else {
-        // bisection to the last bit: the slope falls through zero between them
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if slope(middle) > 0.0 { low = middle } else { high = middle }
-        }
-        0.5 * (low + high)
-    };
-    (at, combine_real(&spline.weights(at), &c))
+    [1.0, -1.0].map(|sign| {
+        let speed = |i: usize| sign * strengths[i];
+        let node = (1..=last).fold(0, |best, i| if speed(i) >= speed(best) { i } else { best });
+        let slope = |t: f64| sign * combine_real::<f64>(&spline.slope_weights(t), &c);
+        let (mut low, mut high) = (node.saturating_sub(1) as f64, (node + 1).min(last) as f64);
+        let at = if slope(low) <= 0.0 {
+            low
+        } else if slope(high) >= 0.0 {
+            high
+        } else {
+            // bisection to the last bit: the slope falls through zero between them
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if slope(middle) > 0.0 { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        };
+        (at, combine_real(&spline.weights(at), &c))
+    })
 }
 
-/// Adds the direct dependence of the lowest pressure. To first order the place of the peak does not matter.
+/// The lowest pressure coefficient from the speeds at the suction peaks of both sides.
+///
+/// The two are joined by a smooth maximum, so that the result has derivatives where they tie, as on a symmetric section
+/// at zero lift.
+fn lowest_pressure<S: Scalar>(correction: &KarmanTsien<S>, [upper, lower]: [S; 2]) -> S {
+    correction.pressure(upper.smooth_maximum(-lower, PEAK_SHARPNESS))
+}
+
+/// Highest local Mach number on the surface for a Mach number of the onset flow.
+pub(super) fn highest_mach(section: &SectionResponse, strengths: &[f64], mach: f64) -> f64 {
+    let [upper, lower] = suction_peaks(section, strengths).map(|(_, speed)| speed.abs());
+    // the Reynolds number has no part in this
+    let edge = PanelEdge::new(mach, 1.0).edge(upper.max(lower));
+    // beyond the speed at which the formula of Kármán and Tsien, or the temperature, ends
+    if edge.speed > 0.0 && edge.mach2 >= 0.0 { edge.mach2.sqrt() } else { f64::INFINITY }
+}
+
+/// Adds the direct dependence of the lowest pressure. To first order the places of the peaks do not matter.
 fn add_lowest_pressure(solved: &Solved, direct: &mut Direct) {
     let spline = &solved.system.section.map.spline;
-    let (at, peak) = highest_speed(solved.system.section, solved.strengths);
-    let unit = |v: f64, k: usize| Dual2::from_re(v).derivative(k);
-    let [by_speed, by_mach] = gradient(&KarmanTsien::new(unit(solved.stream.mach, 1)).pressure(unit(peak, 0)));
-    direct.strengths = spline.values_transposed(at, by_speed);
-    direct.mach = by_mach;
+    let peaks = suction_peaks(solved.system.section, solved.strengths);
+    let unit = |v: f64, k: usize| Dual3::from_re(v).derivative(k);
+    let speeds = [unit(peaks[0].1, 0), unit(peaks[1].1, 1)];
+    let by = gradient(&lowest_pressure(&KarmanTsien::new(unit(solved.stream.mach, 2)), speeds));
+    for ((at, _), by_speed) in peaks.into_iter().zip(by) {
+        for (sum, own) in direct.strengths.iter_mut().zip(spline.values_transposed(at, by_speed)) {
+            *sum += own;
+        }
+    }
+    direct.mach = by[2];
 }
 
 /// Drag coefficient from the last station of the wake, 2 θ u^((5 + H)/2) (Squire & Young).

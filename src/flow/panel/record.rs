@@ -6,6 +6,7 @@ use super::coupling::reduced::Reduced;
 use super::coupling::response::{FlowResponse, SectionResponse};
 use super::coupling::speeds::node_strengths;
 use super::coupling::system::{Linearised, Stream, System};
+use super::frame::Nodes;
 use super::outputs;
 use super::solved::Solved;
 use crate::flow::coefficients::{Coefficients, Gradients};
@@ -14,9 +15,11 @@ use crate::flow::search::End;
 use crate::flow::solution::{Distributions, Record, StationFlow, Status};
 use std::sync::Arc;
 
+/// Laminar Hk above which the flow at the wall is reversed: where the skin friction of the closure changes sign.
+const LAMINAR_REVERSED: f64 = 4.0;
 /// Turbulent Hk above which the flow at the wall is reversed.
-const REVERSED: f64 = 3.5;
-/// Largest extent of turbulent reversed flow for which the model is trusted, over the length of a side.
+const TURBULENT_REVERSED: f64 = 3.5;
+/// Largest extent of reversed flow of either regime for which the model is trusted, over the length of a side.
 const REVERSED_EXTENT: f64 = 0.5;
 
 /// A solution of the panel solver.
@@ -26,8 +29,7 @@ pub(crate) struct PanelRecord {
     pub flow: FlowResponse,
     pub layout: Layout,
     pub stream: Stream,
-    /// Nodes on the surface as they were given, in chords.
-    pub nodes: Vec<[f64; 2]>,
+    pub nodes: Nodes,
     pub unknowns: Unknowns,
     /// The coupled system linearised at the unknowns.
     at: Linearised,
@@ -35,13 +37,13 @@ pub(crate) struct PanelRecord {
     strengths: Vec<f64>,
 }
 
-/// The flow that was requested: section, onset flow, stations, free stream, and the nodes as they were given.
+/// The flow that was requested: section, onset flow, stations, free stream and nodes.
 pub(super) struct Sought {
     pub section: Arc<SectionResponse>,
     pub flow: FlowResponse,
     pub layout: Layout,
     pub stream: Stream,
-    pub nodes: Vec<[f64; 2]>,
+    pub nodes: Nodes,
 }
 
 impl PanelRecord {
@@ -64,7 +66,7 @@ impl PanelRecord {
             at: &self.at,
             strengths: &self.strengths,
             stream: self.stream,
-            nodes: &self.nodes,
+            nodes: &self.nodes.inside,
         }
     }
 
@@ -80,7 +82,7 @@ impl PanelRecord {
 
     /// Spline coefficients of x (`c` = 0) or y (`c` = 1) over the node index.
     fn coordinate(&self, c: usize) -> Vec<f64> {
-        let values: Vec<f64> = self.nodes.iter().map(|p| p[c]).collect();
+        let values: Vec<f64> = self.nodes.inside.iter().map(|p| p[c]).collect();
         self.section.map.spline.coefficients(&values)
     }
 
@@ -161,37 +163,58 @@ impl PanelRecord {
     pub fn status(&self) -> Status {
         let mach = self.at.derived.iter().map(|d| d.mach2.re).fold(0.0, f64::max).sqrt();
         if mach > 1.0 {
-            // the Kármán-Tsien correction does not hold, shocks and their drag are missing
-            let reason = format!("(local Mach number {mach:.2}): shocks are beyond this solver").into();
-            return Status::OutsideModel { name: "supersonic".into(), value: mach, reason };
+            return supersonic(mach, true);
         }
-        let extent = Side::BOTH.map(|side| self.reversed(side)).into_iter().fold(0.0, f64::max);
+        let extent = self.reversed_extent();
         if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged }
     }
 
-    /// Length of turbulent reversed flow on a side over the length of the side.
+    /// Length of reversed flow over the length of the side, for the side where that is larger.
+    pub fn reversed_extent(&self) -> f64 {
+        Side::BOTH.map(|side| self.reversed(side)).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Length of reversed flow on a side, laminar or turbulent, over the length of the side.
     fn reversed(&self, side: Side) -> f64 {
         let numbering = self.at.numbering;
         let x = &self.at.positions.abscissas[side.index()];
-        let shape = |j: usize| self.at.derived[numbering.station(side, j)].hk.re;
-        let reversed = (numbering.laminar + 1..numbering.side).filter(|&j| shape(j) > REVERSED);
-        reversed.map(|j| x[j].re - x[j - 1].re).sum::<f64>() / x[numbering.side - 1].re
+        let reversed = |j: usize| {
+            let k = numbering.station(side, j);
+            let regime = numbering.regime(k);
+            self.at.derived[k].hk.re > if regime == Regime::Laminar { LAMINAR_REVERSED } else { TURBULENT_REVERSED }
+        };
+        let length = (1..numbering.side).filter(|&j| reversed(j)).map(|j| x[j].re - x[j - 1].re);
+        length.sum::<f64>() / x[numbering.side - 1].re
     }
+}
+
+/// The status of a flow that is supersonic somewhere: the Kármán-Tsien correction does not hold, and shocks with their
+/// drag are missing. A flow that was not found is supersonic without boundary layer.
+pub(super) fn supersonic(mach: f64, converged: bool) -> Status {
+    let which = if converged { "" } else { " without boundary layer" };
+    let reason = format!("(local Mach number {mach:.2}{which}): shocks are beyond this solver").into();
+    Status::OutsideModel { name: "supersonic".into(), value: mach, reason, converged }
 }
 
 impl Record for PanelRecord {
     fn nodes(&self) -> &[[f64; 2]] {
-        &self.nodes
+        &self.nodes.given
+    }
+
+    fn chord(&self) -> f64 {
+        self.nodes.frame.chord()
     }
 
     fn gradients(&self) -> Option<Gradients> {
-        Some(gradients(&self.solved(), &Reduced::new(&self.at)?))
+        let inside = gradients(&self.solved(), &Reduced::new(&self.at)?);
+        Some(inside.map(|by| self.nodes.frame.pull_back(&self.nodes.given, by)))
     }
 
     fn distributions(&self) -> Distributions {
         let correction = KarmanTsien::new(self.stream.mach);
         let pressure = |speeds: &[f64]| speeds.iter().map(|&q| correction.pressure(q)).collect();
         Distributions {
+            nodes: self.nodes.inside.clone(),
             cp: pressure(&self.strengths),
             cp_inviscid: pressure(&self.flow.inviscid),
             upper: self.side_flow(Side::Upper),

@@ -16,7 +16,7 @@ pub(super) struct Solved<'a> {
     /// Vortex strengths at the nodes, in units of the onset speed.
     pub strengths: &'a [f64],
     pub stream: Stream,
-    /// Nodes on the surface as they were given, in chords.
+    /// Nodes on the surface in the frame of the section, in chords.
     pub nodes: &'a [[f64; 2]],
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Direct {
     pub strengths: Vec<f64>,
     /// Derivatives with respect to the [balanced](super::outline::balance) nodes.
     pub balanced: Vec<[f64; 2]>,
-    /// Derivatives with respect to the nodes as they were given.
+    /// Derivatives with respect to the nodes in the frame of the section, by themselves.
     pub given: Vec<[f64; 2]>,
     /// Numbers of points along the surface, with the derivatives with respect to the node indices of these points.
     pub index: Vec<(usize, f64)>,

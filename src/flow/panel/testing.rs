@@ -2,9 +2,9 @@
 
 use super::coupling::response::{FlowResponse, SectionResponse};
 use super::coupling::system::Stream;
+pub(crate) use super::family::PanelFamily;
 use super::outline::{Outline, TrailingEdge};
 use super::record::PanelRecord;
-pub(crate) use super::section::PanelFamily;
 use crate::flow::condition::{Condition, Incidence, Settings};
 use crate::flow::layer::Layout;
 use crate::flow::solution::Solution;

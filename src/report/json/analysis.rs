@@ -1,13 +1,16 @@
 //! Flows about a section.
 
-use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution};
+use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution, Status};
 use serde::Serialize;
 
-/// A viscous flow; the coefficients of a flow whose status says that its numbers do not hold are `None`.
+/// A viscous flow. The coefficients of a flow that was not found are `None`; those of a flow beyond the model are there,
+/// flagged.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AnalysisReport {
     /// Whether the numbers hold.
     pub converged: bool,
+    /// Whether the flow is solved but beyond the model, so that the numbers show a trend at best.
+    pub beyond_model: bool,
     /// The status in words.
     pub status: String,
     /// Largest residual of the equations.
@@ -70,10 +73,11 @@ pub struct FlowDerivatives {
 impl AnalysisReport {
     /// The report of a flow that took `seconds`.
     pub fn new(solution: &Solution, seconds: f64) -> Self {
-        let reliable = solution.is_reliable();
-        let number = |value: f64| reliable.then_some(value);
+        let solved = solution.is_solved();
+        let number = |value: f64| solved.then_some(value);
         Self {
-            converged: reliable,
+            converged: solution.is_reliable(),
+            beyond_model: solution.status.is_beyond_model(),
             status: solution.status.to_string(),
             residual: solution.residual,
             iterations: solution.iterations,
@@ -119,11 +123,15 @@ impl FlowGradientsReport {
     }
 }
 
-/// A flow without boundary layer.
+/// A flow without boundary layer; the coefficients of a flow that is supersonic somewhere are flagged.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InviscidReport {
-    /// Always `true`: the equations are linear.
+    /// Whether the numbers hold.
     pub converged: bool,
+    /// Whether the flow is beyond the model, so that the numbers show a trend at best.
+    pub beyond_model: bool,
+    /// The status in words.
+    pub status: String,
     /// Angle of attack in degrees.
     pub alpha: f64,
     /// Mach number.
@@ -134,15 +142,28 @@ pub struct InviscidReport {
     pub cm: f64,
     /// Lowest pressure coefficient.
     pub cp_min: f64,
+    /// Mach number of the onset flow at which this flow becomes sonic somewhere.
+    pub critical_mach: Option<f64>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
 }
 
 impl InviscidReport {
-    /// The report of a flow at a Mach number that took `seconds`.
-    pub fn new(solution: &InviscidSolution, mach: f64, seconds: f64) -> Self {
-        let InviscidSolution { cl, cm, cp_min, .. } = *solution;
-        Self { converged: true, alpha: solution.alpha.to_degrees(), mach, cl, cm, cp_min, seconds }
+    /// The report of a flow that took `seconds`.
+    pub fn new(solution: &InviscidSolution, seconds: f64) -> Self {
+        let InviscidSolution { cl, cm, cp_min, mach, critical_mach, .. } = *solution;
+        Self {
+            converged: solution.status == Status::Converged,
+            beyond_model: solution.status.is_beyond_model(),
+            status: solution.status.to_string(),
+            alpha: solution.alpha.to_degrees(),
+            mach,
+            cl,
+            cm,
+            cp_min,
+            critical_mach,
+            seconds,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The direct dependences of the coefficients against forward sweeps.
 
-use super::{direct, drag, highest_speed, panel_count};
+use super::{direct, drag, lowest_pressure, panel_count, suction_peaks};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::layer::{Derived, Regime, Side, State};
 use crate::flow::panel::compressibility::{KarmanTsien, PanelEdge, panel_loads};
@@ -45,12 +45,13 @@ impl Motion<'_> {
         sums
     }
 
-    /// The pressure where the speed is highest, which moves too.
+    /// The pressure where the speed is highest, with the places of both suction peaks moving too.
     fn lowest_pressure(&self) -> Forward {
         let spline = &self.solved.system.section.map.spline;
-        let (t, _) = highest_speed(self.solved.system.section, self.solved.strengths);
-        let at = spline.weights(moving(t, wave(self.k, 200)));
-        KarmanTsien::new(self.mach()).pressure(combine(&at, &spline.coefficients(&self.strengths())))
+        let c = spline.coefficients(&self.strengths());
+        let peaks = suction_peaks(self.solved.system.section, self.solved.strengths);
+        let speeds = [0, 1].map(|side| combine(&spline.weights(moving(peaks[side].0, wave(self.k, 200 + side))), &c));
+        lowest_pressure(&KarmanTsien::new(self.mach()), speeds)
     }
 
     fn drag(&self) -> Forward {

@@ -1,0 +1,118 @@
+//! The flow that is asked for about one section, its neighbours, and the ways to find it.
+
+use super::coupling::response::{FlowResponse, SectionResponse};
+use super::coupling::system::{Linearised, Stream, System};
+use super::polar::Straight;
+use crate::flow::condition::Settings;
+use crate::flow::layer::{Layout, Unknowns};
+use crate::flow::search::{self, Effort, End, Family, newton};
+use crate::flow::solution::Attempt;
+
+/// Largest number of iterations of a warm start; a march is closer to a flow that takes more.
+const WARM_ITERATIONS: usize = 8;
+/// First move of transition, in lengths of the side, beyond which a march is closer to the flow than a warm start.
+const WARM_REACH: f64 = 0.1;
+
+/// The requested flow and its neighbours about one section, with one wake.
+pub(crate) struct PanelFamily<'a> {
+    pub section: &'a SectionResponse,
+    pub flow: &'a FlowResponse,
+    pub layout: &'a Layout,
+    pub stream: Stream,
+    pub settings: Settings,
+}
+
+impl PanelFamily<'_> {
+    /// Tries a warm start unless it is far off, then a cold start, then easier conditions that lead to the requested
+    /// one. The result comes with the layout of the stations it stands on and with the attempts that failed.
+    pub fn converge(&self, warm: Option<Unknowns>) -> ((End<Linearised>, Layout), Vec<Attempt>) {
+        let Settings { tolerance, iterations, retry, .. } = self.settings;
+        let system = self.equations(self.flow, self.layout, self.stream.trips);
+        let as_wanted = |end| (end, self.layout.clone());
+        let mut attempts = Vec::new();
+        let mut note =
+            |what: &str, end: &End<Linearised>| attempts.push(Attempt::of(what, end.iterations, end.residual));
+        let mut far = None;
+        if let Some(warm) = warm {
+            let limit = iterations.min(WARM_ITERATIONS);
+            let effort = Effort { reach: WARM_REACH, ..Effort::new(tolerance, limit) };
+            let end = newton::solve(&system, warm.clone(), effort);
+            if end.converged {
+                return (as_wanted(end), attempts);
+            }
+            if end.iterations == 0 {
+                far = Some(warm);
+            } else {
+                note("warm start", &end);
+            }
+        }
+        let direct = newton::solve(&system, system.march(), Effort::new(tolerance, iterations));
+        if direct.converged || (far.is_none() && !retry) {
+            return (as_wanted(direct), attempts);
+        }
+        note("march", &direct);
+        if let Some(warm) = far {
+            let end = newton::solve(&system, warm, Effort::new(tolerance, iterations));
+            if end.converged {
+                return (as_wanted(end), attempts);
+            }
+            note("warm start", &end);
+        }
+        if !retry {
+            return (as_wanted(direct), attempts);
+        }
+        let (found, attempts) = search::climb(self, self.flow, attempts);
+        (found.unwrap_or_else(|| as_wanted(direct)), attempts)
+    }
+}
+
+impl Family for PanelFamily<'_> {
+    type Outer = FlowResponse;
+    type At = Linearised;
+    type Factors = super::coupling::reduced::Reduced;
+    type Equations<'b>
+        = System<'b>
+    where
+        Self: 'b;
+
+    fn total(&self) -> f64 {
+        self.section.map.total
+    }
+
+    fn layout(&self) -> &Layout {
+        self.layout
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.settings.tolerance
+    }
+
+    fn lift_sign(&self) -> f64 {
+        let (outline, strengths) = (&self.section.panels.outline, &self.flow.inviscid);
+        let mean = |j: usize| 0.5 * (strengths[j] + strengths[j + 1]);
+        let circulation: f64 = (0..outline.len() - 1).map(|j| mean(j) * Straight::new(outline.panel(j)).length).sum();
+        circulation.signum()
+    }
+
+    fn stagnation(&self) -> f64 {
+        self.flow.stagnation(self.section)
+    }
+
+    fn trips(&self) -> [Option<f64>; 2] {
+        self.stream.trips
+    }
+
+    fn turned(&self, radians: f64) -> FlowResponse {
+        let mut flow = self.flow.clone();
+        self.turn(&mut flow, radians);
+        flow
+    }
+
+    fn turn(&self, flow: &mut FlowResponse, radians: f64) {
+        flow.turn(flow.onset(self.section, self.flow.alpha + radians));
+    }
+
+    fn equations<'b>(&'b self, flow: &'b FlowResponse, layout: &'b Layout, trips: [Option<f64>; 2]) -> System<'b> {
+        System::new(self.section, flow, layout, Stream { trips, ..self.stream })
+    }
+}
