@@ -72,18 +72,18 @@ fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -
         .map(|&u| {
             let rows = section.curve().derivatives(u, 2);
             let ([dx, dy], [ddx, ddy]) = (rows[1], rows[2]);
-            let speed = dx.hypot(dy).max(1e-9);
-            ((dx * ddy - dy * ddx) / speed.powi(3)).abs()
+            let speed = dx.hypot(dy).max(f64::MIN_POSITIVE);
+            (dx * ddy - dy * ddx).abs() / speed.powi(3)
         })
         .collect();
     let total = arc[arc.len() - 1];
-    let nose = parameters.partition_point(|&u| u < section.nose_parameter());
+    let nose = Nose::new(section, parameters, arc);
     let [share, growth] = NOSE_SMOOTHING;
-    let at_nose = (share * nose_radius(section, parameters, arc, nose)).max(LEAST_SMOOTHING * total);
+    let at_nose = (share * nose.radius).max(LEAST_SMOOTHING * total);
     let (mut low, mut high) = (0, 0);
     (0..arc.len())
         .map(|k| {
-            let reach = (at_nose + growth * (arc[k] - arc[nose]).abs()).min(SMOOTHING * total);
+            let reach = (at_nose + growth * (arc[k] - nose.arc).abs()).min(SMOOTHING * total);
             while arc[k] - arc[low] > reach {
                 low += 1;
             }
@@ -97,18 +97,41 @@ fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -
         .collect()
 }
 
-/// Radius of the nose in chords: the length over the angle of the part that turns by less than 45 degrees to either
-/// side.
-fn nose_radius(section: &Section<f64>, parameters: &[f64], arc: &[f64], nose: usize) -> f64 {
-    let heading = |k: usize| section.curve().derivatives(parameters[k], 1)[1];
-    let [x, y] = heading(nose);
-    let near = |k: &usize| {
-        let [u, v] = heading(*k);
-        x * u + y * v > (x * v - y * u).abs()
-    };
-    let first = (0..nose).rev().take_while(near).last().unwrap_or(nose);
-    let last = (nose..arc.len()).take_while(near).last().unwrap_or(nose);
-    (arc[last] - arc[first]) / std::f64::consts::FRAC_PI_2
+/// Place and radius of the nose. Both are interpolated between samples, so that panels move smoothly with them.
+struct Nose {
+    /// Arc length from the first sample.
+    arc: f64,
+    /// Length over angle of the part that turns by less than 45 degrees to either side.
+    radius: f64,
+}
+
+impl Nose {
+    fn new(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -> Self {
+        let curve = section.curve();
+        let u = section.nose_parameter();
+        let [x, y] = curve.derivatives(u, 1)[1];
+        // positive where the heading is within 45 degrees of that at the nose
+        let near = |k: usize| {
+            let [p, q] = curve.derivatives(parameters[k], 1)[1];
+            let size = (x.hypot(y) * p.hypot(q)).max(f64::MIN_POSITIVE);
+            (x * p + y * q - (x * q - y * p).abs()) / size
+        };
+        let behind = parameters.partition_point(|&p| p < u).clamp(1, parameters.len() - 1);
+        let place = arc[behind - 1] + distance(curve.point_at(parameters[behind - 1]), curve.point_at(u));
+        let end = |samples: &mut dyn Iterator<Item = usize>| {
+            let mut last = (place, 1.0);
+            for k in samples {
+                let here = near(k);
+                if here <= 0.0 {
+                    return last.0 + (arc[k] - last.0) * last.1 / (last.1 - here);
+                }
+                last = (arc[k], here);
+            }
+            last.0
+        };
+        let ends = [end(&mut (0..behind).rev()), end(&mut (behind..parameters.len()))];
+        Self { arc: place, radius: (ends[1] - ends[0]) / std::f64::consts::FRAC_PI_2 }
+    }
 }
 
 #[cfg(test)]

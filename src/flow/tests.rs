@@ -275,6 +275,128 @@ fn what_is_beyond_the_model_says_so() {
     assert!(s.gradients().is_none());
 }
 
+/// Nodes turned by an angle in radians, scaled and moved.
+fn placed(nodes: &[[f64; 2]], turn: f64, scale: f64, [x, y]: [f64; 2]) -> Vec<[f64; 2]> {
+    let (sin, cos) = turn.sin_cos();
+    nodes.iter().map(|[a, b]| [x + scale * (cos * a - sin * b), y + scale * (sin * a + cos * b)]).collect()
+}
+
+#[test]
+fn coefficients_do_not_depend_on_place_size_and_angle() {
+    let nodes: Vec<_> = blunt().into_iter().map(|[x, y]| [x, y + 0.12 * x * (1.0 - x)]).collect();
+    let trips = Condition { mach: 0.3, trips: [Some(0.3), Some(0.2)], ..at(3.0) };
+    let lift = Condition { incidence: Incidence::Lift(0.5), ..trips };
+    let solve = |nodes: &[[f64; 2]], condition: &Condition| {
+        analyze(nodes, TrailingEdge::Blunt, condition, &Settings::default(), None).unwrap()
+    };
+    for (turn, scale, shift) in [(0.0, 1000.0, [0.0; 2]), (0.0, 1.0, [-0.4, 0.0]), (-0.3, 0.02, [5.0, -2.0])] {
+        let moved = placed(&nodes, turn, scale, shift);
+        let turned = Condition { incidence: Incidence::Alpha(3f64.to_radians() + turn), ..trips };
+        for (own, wanted) in
+            [(solve(&moved, &turned), solve(&nodes, &trips)), (solve(&moved, &lift), solve(&nodes, &lift))]
+        {
+            assert!(own.is_reliable() && wanted.is_reliable());
+            for ((name, a), (_, b)) in own.coefficients.named().zip(wanted.coefficients.named()) {
+                assert!((a - b).abs() < 1e-8, "{name}: {a} {b}");
+            }
+            assert!((own.alpha - turn - wanted.alpha).abs() < 1e-9);
+            assert!((own.stagnation - wanted.stagnation).abs() < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn gradients_are_exact_in_any_frame() {
+    let bent: Vec<_> = blunt().into_iter().map(|[x, y]| [x, y + 0.12 * x * (1.0 - x)]).collect();
+    let nodes = placed(&bent, -0.2, 50.0, [7.0, 3.0]);
+    let condition = Condition { trips: [Some(0.3), Some(0.2)], ..at(3.0 - 0.2f64.to_degrees()) };
+    let solve = |nodes: &[[f64; 2]]| analyze(nodes, TrailingEdge::Blunt, &condition, &TIGHT, None).unwrap();
+    let gradients = solve(&nodes).gradients().unwrap();
+    // moves that change the chord line, and the shape within it
+    let moves: [fn([f64; 2]) -> [f64; 2]; 3] =
+        [|[x, y]| [0.3 * y, 0.2 * x], |[x, _]| [0.0, (0.07 * x).sin()], |[_, y]| [(0.1 * y).cos(), 0.0]];
+    for (m, by) in moves.into_iter().enumerate() {
+        let exact = gradients
+            .iter()
+            .map(|g| g.nodes.iter().zip(&nodes).map(|(g, &node)| g[0] * by(node)[0] + g[1] * by(node)[1]).sum::<f64>());
+        let exact: Vec<f64> = exact.collect();
+        let moved = |t: f64| {
+            let nodes: Vec<_> = nodes.iter().map(|&n| [n[0] + t * by(n)[0], n[1] + t * by(n)[1]]).collect();
+            solve(&nodes)
+        };
+        check(&format!("move {m}"), exact.try_into().unwrap(), 2e-3, 1e-6, moved);
+    }
+}
+
+#[test]
+fn a_lift_out_of_reach_is_named_with_the_largest_one() {
+    let section = PanelledSection::new(&blunt(), TrailingEdge::Blunt).unwrap();
+    let solve = |lift: f64| {
+        let condition = Condition { incidence: Incidence::Lift(lift), reynolds: 1e6, ..at(0.0) };
+        section.analyze(&condition, &Settings::default(), None).unwrap()
+    };
+    for sign in [1.0, -1.0] {
+        let s = solve(sign * 2.5);
+        let Status::LiftOutOfReach { wanted, largest, alpha } = s.status else { panic!("{}", s.status) };
+        assert_eq!((wanted, s.coefficients.cl, s.alpha), (sign * 2.5, largest, alpha));
+        assert!((1.2..1.6).contains(&(sign * largest)), "{largest}");
+        assert!(s.gradients().is_none() && !s.is_reliable() && !s.is_solved());
+        // close below the largest lift there is a solution
+        let near = solve(0.98 * largest);
+        assert!(near.is_reliable(), "{}", near.status);
+    }
+}
+
+#[test]
+fn laminar_separation_counts_as_separation() {
+    // 90 % of the upper side reversed before transition
+    let condition = Condition { reynolds: 1e4, ..at(8.0) };
+    let s = analyze(&blunt(), TrailingEdge::Blunt, &condition, &Settings::default(), None).unwrap();
+    assert!(!s.is_reliable(), "{}", s.status);
+    if let Status::Separated { extent } = s.status {
+        assert!(extent > 0.5 && s.is_solved() && s.gradients().is_some());
+    }
+    // a short bubble is within the model
+    let condition = Condition { reynolds: 2e5, ..at(4.0) };
+    let s = analyze(&blunt(), TrailingEdge::Blunt, &condition, &Settings::default(), None).unwrap();
+    assert!(s.is_reliable(), "{}", s.status);
+}
+
+#[test]
+fn flow_without_a_layer_is_checked_too() {
+    let section = PanelledSection::new(&blunt(), TrailingEdge::Blunt).unwrap();
+    for (alpha, mach) in [(0.0, 0.99), (0.0, 2.0), (0.0, f64::NAN), (0.0, -0.1), (f64::NAN, 0.2), (1.0, 0.2)] {
+        assert!(matches!(section.inviscid(alpha, mach), Err(FlowError::Condition { .. })), "{alpha} {mach}");
+    }
+    let s = section.inviscid(0.0, 0.5).unwrap();
+    assert_eq!(s.status, Status::Converged);
+    // the critical Mach number of the NACA 0012 without lift is about 0.72
+    let critical = s.critical_mach.unwrap();
+    assert!((0.70..0.75).contains(&critical), "{critical}");
+    assert_eq!(section.inviscid(0.0, critical - 1e-6).unwrap().status, Status::Converged);
+    assert!(section.inviscid(0.0, critical + 1e-6).unwrap().status.is_beyond_model());
+    // a flow that was not found for shocks says so
+    let condition = Condition { mach: 0.9, ..at(2.0) };
+    let s = section.analyze(&condition, &Settings::default(), None).unwrap();
+    assert_eq!(s.status.name(), "supersonic", "{}", s.status);
+}
+
+#[test]
+fn the_lowest_pressure_has_derivatives_where_peaks_tie() {
+    let condition = Condition { trips: [Some(0.1); 2], ..at(0.0) };
+    let solve = |alpha: f64| {
+        let condition = Condition { incidence: Incidence::Alpha(alpha), ..condition };
+        analyze(&blunt(), TrailingEdge::Blunt, &condition, &TIGHT, None).unwrap()
+    };
+    let s = solve(0.0);
+    // either peak alone would give a slope of several per radian
+    assert!(s.gradients().unwrap().cp_min.alpha.abs() < 1e-8);
+    let lowest = s.distributions().cp.into_iter().fold(0.0, f64::min);
+    assert!(s.coefficients.cp_min < lowest && s.coefficients.cp_min > lowest - 0.006, "{lowest}");
+    let exact = solve(2e-3).gradients().unwrap().map(|g| g.alpha);
+    check("two peaks", exact.to_array(), 5e-4, 1e-5, |t| solve(2e-3 + t));
+}
+
 #[test]
 fn distributions_belong_together() {
     let s = analyze(&blunt(), TrailingEdge::Blunt, &at(2.0), &Settings::default(), None).unwrap();
