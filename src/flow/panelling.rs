@@ -108,7 +108,8 @@ struct Nose {
 impl Nose {
     fn new(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -> Self {
         let curve = section.curve();
-        let u = section.nose_parameter();
+        // where the leading edge is not defined, the parameter at which the surfaces meet
+        let u = section.leading_edge_parameter().unwrap_or(section.nose_parameter());
         let [x, y] = curve.derivatives(u, 1)[1];
         // positive where the heading is within 45 degrees of that at the nose
         let near = |k: usize| {
