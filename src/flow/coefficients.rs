@@ -9,8 +9,8 @@ pub(crate) const COEFFICIENTS: usize = 6;
 
 /// One value per coefficient: the coefficients of a flow (`f64`), their [derivatives](Gradients), names, tolerances, …
 ///
-/// Forces are divided by the chord and the dynamic pressure of the onset flow, the moment by the square of the chord
-/// and that pressure.
+/// Forces are divided by the section's own chord and the dynamic pressure of the onset flow, the moment by the square of
+/// that chord and that pressure.
 ///
 /// ```
 /// use aeroform::flow::Coefficients;
@@ -27,9 +27,10 @@ pub struct Coefficients<T = f64> {
     pub cd: T,
     /// Moment coefficient about the quarter chord, nose-up positive.
     pub cm: T,
-    /// Lowest pressure coefficient on the surface.
+    /// Lowest pressure coefficient on the surface. The suction peaks of both sides are joined by a smooth maximum of the
+    /// speed: where they tie, the value lies below the lower one by up to 0.004 times the speed there.
     pub cp_min: T,
-    /// Transition on the upper and on the lower side, as x in chords.
+    /// Transition on the upper and on the lower side, as x along the chord line in chords, from the nose.
     pub transition: [T; 2],
 }
 
@@ -104,8 +105,8 @@ impl<T: Serialize> Serialize for Coefficients<T> {
 /// Derivatives of one quantity of a flow with respect to all inputs of the flow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Derivatives {
-    /// Derivatives with respect to x and y of every node, per chord: one pair per node, in the order in which the nodes
-    /// were given.
+    /// Derivatives with respect to x and y of every node, per unit of the nodes: one pair per node, in the order in
+    /// which the nodes were given.
     pub nodes: Vec<[f64; 2]>,
     /// Derivative with respect to the angle of attack, per radian.
     pub alpha: f64,

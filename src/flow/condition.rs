@@ -53,10 +53,10 @@ impl Condition {
         };
         let (name, value, limit) = match self.incidence {
             // sections may stand at any angle; solvers check that against the chord line
-            Incidence::Alpha(alpha) => ("angle of attack (radians)", alpha, std::f64::consts::TAU),
+            Incidence::Alpha(alpha) => ("angle of attack (degrees)", alpha.to_degrees(), 360.0),
             Incidence::Lift(lift) => ("lift coefficient", lift, 5.0),
         };
-        check(name, value, value.abs() <= limit, "at most a full turn, or 5 in lift coefficient")?;
+        check(name, value, value.abs() <= limit, "at most 360 degrees, or 5 in lift coefficient")?;
         check("Mach number", self.mach, self.mach.is_finite() && self.mach >= 0.0, "finite, at least 0")?;
         check("Reynolds number", self.reynolds, (1e3..=1e10).contains(&self.reynolds), "from 1e3 to 1e10")?;
         let n = self.n_critical;
@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(name(Condition { mach: f64::NAN, ..good }), "Mach number");
         assert_eq!(name(Condition { reynolds: 0.0, ..good }), "Reynolds number");
         assert_eq!(name(Condition { trips: [None, Some(0.0)], ..good }), "trip position (chords)");
-        assert_eq!(name(Condition { incidence: Incidence::Alpha(7.0), ..good }), "angle of attack (radians)");
+        assert_eq!(name(Condition { incidence: Incidence::Alpha(7.0), ..good }), "angle of attack (degrees)");
         assert!(Settings { laminar_stations: 2, ..Settings::default() }.check().is_err());
     }
 }

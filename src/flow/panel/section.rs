@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 /// Highest Mach number of the onset flow that the panel solver takes.
 const LARGEST_MACH: f64 = 0.95;
-/// Largest angle between the onset flow and the chord line, in radians.
-const LARGEST_INCIDENCE: f64 = 0.7;
+/// Largest angle between the onset flow and the chord line, in degrees.
+const LARGEST_INCIDENCE: f64 = 40.0;
 
 /// The panel solver with its settings: linear vortex panels with the Kármán-Tsien correction, coupled with integral
 /// boundary layers (the method of Drela, XFOIL, 1989). It is meant for flows without shocks; a solution with supersonic
@@ -166,11 +166,11 @@ impl PanelledSection {
     fn check(&self, condition: &Condition) -> Result<(), FlowError> {
         PanelSolver::default().check(condition)?;
         if let Incidence::Alpha(alpha) = condition.incidence {
-            let value = self.nodes.frame.incidence(alpha);
+            let value = self.nodes.frame.incidence(alpha).to_degrees();
             // written so that NaN fails
             if !(value.abs() <= LARGEST_INCIDENCE) {
-                let name = "angle between the onset flow and the chord line (radians)";
-                return Err(FlowError::Condition { name, value, allowed: "from -0.7 to 0.7" });
+                let name = "angle between the onset flow and the chord line (degrees)";
+                return Err(FlowError::Condition { name, value, allowed: "from -40 to 40" });
             }
         }
         Ok(())

@@ -37,7 +37,7 @@ pub struct AnalysisReport {
     /// Derivatives, where they were asked for; `None` inside where the numbers do not hold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gradients: Option<Option<FlowGradientsReport>>,
-    /// Panel nodes that the derivatives belong to, in chords.
+    /// Panel nodes that the derivatives belong to, in the unit and frame of the section as given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Vec<[f64; 2]>>,
 }
@@ -64,9 +64,9 @@ pub struct FlowDerivatives {
     pub mach: f64,
     /// With respect to the Reynolds number.
     pub reynolds: f64,
-    /// With respect to x of every node, per chord.
+    /// With respect to x of every node, per unit of the nodes.
     pub x: Vec<f64>,
-    /// With respect to y of every node, per chord.
+    /// With respect to y of every node, per unit of the nodes.
     pub y: Vec<f64>,
 }
 
