@@ -3,7 +3,8 @@
 mod second_order;
 
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
-use super::geometry::{Geometry, LinearisedShape, Shape};
+use super::geometry::{Geometry, Shape};
+use super::linearised::LinearisedShape;
 use super::quantity::{Instruments, Quantity, finite};
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
@@ -52,24 +53,6 @@ pub struct DesignProblem {
     /// Hessian of the shape error of a linear geometry, in the variables' own units.
     error_hessian: Option<DMatrix<f64>>,
     work: Workspace,
-}
-
-/// Derivatives of the control points in the variables.
-enum Tangents {
-    /// Tangents of a linear geometry: equal at every shape, whichever they were taken at.
-    Constant(Arc<LinearisedShape>),
-    /// Tangents at the shape that is evaluated.
-    Local(LinearisedShape),
-}
-
-impl Tangents {
-    /// Derivatives of the section's control points: one list of control points per variable.
-    fn of_section(&self) -> &[Vec<[f64; 2]>] {
-        match self {
-            Self::Constant(shape) => &shape.section_tangents,
-            Self::Local(shape) => &shape.section_tangents,
-        }
-    }
 }
 
 /// How the derivatives of a quantity are found.
@@ -287,17 +270,19 @@ impl DesignProblem {
     }
 
     /// Deforms the workspace to its variables and gives the tangents there.
-    fn prepare(&mut self) -> Result<Tangents, DesignError> {
+    ///
+    /// Those of a linear geometry are equal at every shape, whichever they were taken at.
+    fn prepare(&mut self) -> Result<Arc<LinearisedShape>, DesignError> {
         if let Some(tangents) = &self.tangents {
             let tangents = Arc::clone(tangents);
             self.deform_in_place();
-            return Ok(Tangents::Constant(tangents));
+            return Ok(tangents);
         }
         let linearised = self.geometry.linearise(&self.work.values)?;
         self.work.net.clone_from(&linearised.shape.net);
         self.work.points.clear();
         self.work.points.extend_from_slice(linearised.shape.section.curve().control_points());
-        Ok(Tangents::Local(linearised))
+        Ok(Arc::new(linearised))
     }
 
     fn clear_slopes(&mut self) {
@@ -331,42 +316,18 @@ impl DesignProblem {
         Ok(Contribution::Slopes(value))
     }
 
-    /// Carries the slopes in the workspace back to the variables: transposed maps where they are constant, tangents
-    /// where section parameters are variables.
-    fn pull_back(&mut self, tangents: &Tangents) -> Vec<f64> {
-        let work = &mut self.work;
-        let n = work.values.len();
-        let mut gradient = vec![0.0; n];
-        match tangents {
-            Tangents::Constant(_) => {
-                let frame = self.geometry.initial_frame();
-                frame.weights.add_transposed_to(&work.point_slope, &mut work.net_slope);
-                for (row, slope) in work.net_slope.iter().flatten().enumerate() {
-                    for (variable, weight) in frame.motion.row(row) {
-                        gradient[variable] += slope * weight;
-                    }
-                }
-            }
-            Tangents::Local(shape) => {
-                let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
-                    a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
-                };
-                for (k, entry) in gradient.iter_mut().enumerate() {
-                    *entry = dot(&work.point_slope, &shape.section_tangents[k])
-                        + dot(&work.net_slope, &shape.net_tangents[k]);
-                }
-            }
-        }
-        gradient
+    /// Carries the slopes in the workspace back to the variables.
+    fn pull_back(&mut self, tangents: &LinearisedShape) -> Vec<f64> {
+        tangents.pull_back(&self.work.point_slope, &mut self.work.net_slope)
     }
 
     /// A measure with its gradient, by chunks of tangents.
-    fn measure_gradient(&self, measure: &Measure, tangents: &Tangents) -> Result<(f64, Vec<f64>), DesignError> {
+    fn measure_gradient(&self, measure: &Measure, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
         let section = self.geometry.section().with_control_points(self.work.points.clone())?;
-        self.instruments.measure_gradient(measure, &section, tangents.of_section())
+        self.instruments.measure_gradient(measure, &section, tangents)
     }
 
-    fn quantity_gradient(&mut self, quantity: usize, tangents: &Tangents) -> Result<(f64, Vec<f64>), DesignError> {
+    fn quantity_gradient(&mut self, quantity: usize, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
         self.clear_slopes();
         match self.add_slopes(quantity, 1.0)? {
             Contribution::Slopes(value) => Ok((value, self.pull_back(tangents))),
