@@ -1,6 +1,7 @@
 //! `aeroform run`: runs a design case and writes its results.
 
 use super::failure::Failure;
+use super::message::say;
 use super::figures;
 use super::html::{HtmlTable, Page};
 use super::output::{pretty, print, print_json};
@@ -66,10 +67,10 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         .map_err(|e| Failure::of_run(&case.name, &e))?;
     bar.finish_and_clear();
     if let Some(index) = problem.divergence() {
-        eprintln!(
-            "aeroform: the checkpoint was left at evaluation {}: this program computes differently; went on from there",
+        say(format_args!(
+            "the checkpoint was left at evaluation {}: this program computes differently; went on from there",
             index + 1
-        );
+        ));
     }
     problem.save().map_err(|e| Failure::Computation(e.to_string()))?;
     let timing = problem.into_parts().0.flow_timing();
@@ -90,7 +91,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 fn resume(path: &Path, identity: &str) -> Result<Journal, Failure> {
     if !path.exists() {
-        eprintln!("aeroform: no checkpoint at {}; starting anew", path.display());
+        say(format_args!("no checkpoint at {}; starting anew", path.display()));
         return Ok(Journal::default());
     }
     match Checkpoint::load(path, identity) {

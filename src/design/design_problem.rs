@@ -2,9 +2,10 @@
 
 mod second_order;
 
-use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
+use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
 use super::geometry::{Geometry, Shape};
 use super::linearised::LinearisedShape;
+use super::parallel::{in_parallel_with, processors};
 use super::quantity::{Instruments, Quantity, finite};
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
@@ -416,7 +417,7 @@ impl Problem for DesignProblem {
             worker.instruments.flow = Some(flow.on_the_same_clock());
             worker
         };
-        in_parallel_with(points, worker, |worker, x| worker.evaluate(x))
+        in_parallel_with(processors(), points, worker, |worker, x| worker.evaluate(x))
     }
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && matches!(q, Quantity::Flow(_));
