@@ -136,10 +136,8 @@ fn sweep(arguments: &PolarArguments, section: &PanelledSection, alphas: &[f64]) 
         }
         points
     };
-    let mut points: Vec<Point> = in_parallel_with(jobs.min(processors()), &runs, || (), |(), run| solve(run))
-        .into_iter()
-        .flatten()
-        .collect();
+    let mut points: Vec<Point> =
+        in_parallel_with(jobs.min(processors()), &runs, || (), |(), run| solve(run)).into_iter().flatten().collect();
     if points.iter().all(|p| p.flow.is_err())
         && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
     {

@@ -328,7 +328,11 @@ impl DesignProblem {
         self.instruments.measure_gradient(measure, &section, tangents)
     }
 
-    fn quantity_gradient(&mut self, quantity: usize, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
+    fn quantity_gradient(
+        &mut self,
+        quantity: usize,
+        tangents: &LinearisedShape,
+    ) -> Result<(f64, Vec<f64>), DesignError> {
         self.clear_slopes();
         match self.add_slopes(quantity, 1.0)? {
             Contribution::Slopes(value) => Ok((value, self.pull_back(tangents))),

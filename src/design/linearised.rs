@@ -79,9 +79,8 @@ impl LinearisedShape {
 
     /// Carries slopes in the control points of section and net back to the variables; those of the net are used up.
     pub(super) fn pull_back(&self, section_slope: &[[f64; 2]], net_slope: &mut [[f64; 2]]) -> Vec<f64> {
-        let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
-            a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
-        };
+        let dot =
+            |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 { a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum() };
         let mut gradient: Vec<f64> = (self.parameters.iter())
             .map(|tangent| dot(section_slope, &tangent.section) + dot(net_slope, &tangent.net))
             .collect();

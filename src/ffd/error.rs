@@ -14,7 +14,9 @@ pub enum FfdError {
         source: SplineError,
     },
     /// A range is empty, reversed, not finite or beyond 1e100.
-    #[error("box direction {axis} (0 = x) has the range [{first:e}, {last:e}]: it must increase and stay within ±1e100")]
+    #[error(
+        "box direction {axis} (0 = x) has the range [{first:e}, {last:e}]: it must increase and stay within ±1e100"
+    )]
     Range {
         /// Number of the direction, 0 for x.
         axis: usize,

@@ -148,7 +148,8 @@ mod tests {
     fn noise_overflow_and_no_numbers_end() {
         // a polynomial of nothing but noise, with a noise level far below it
         let noise: Vec<f64> = (0..40).map(|k| if k % 2 == 0 { 1e-17 } else { -1e-17 }).collect();
-        for coefficients in [noise, vec![f64::MAX, -f64::MAX, f64::MAX, -f64::MAX], vec![f64::NAN, 1.0, f64::NAN, -1.0]] {
+        for coefficients in [noise, vec![f64::MAX, -f64::MAX, f64::MAX, -f64::MAX], vec![f64::NAN, 1.0, f64::NAN, -1.0]]
+        {
             let mut visits = 0;
             isolate(&coefficients, 0.0, |low, high, _| {
                 assert!((0.0..=1.0).contains(&low) && (low..=1.0).contains(&high));
