@@ -19,12 +19,13 @@ pub use builtin::{BuiltinCase, builtin_cases};
 pub use error::CaseError;
 pub use outcome::{CaseEvaluation, CaseOutcome, RunError};
 
-use crate::design::{DesignError, DesignProblem, Problem};
+use crate::design::{DesignError, DesignProblem, Problem, Variable};
 use crate::optimize::limited::read_limited;
 use crate::optimize::{Identity, Method, OptimizeError, Optimizer, Progress};
 use document::Document;
 use error::nearest;
 use schema::{CaseTable, OptimizerTable};
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -184,16 +185,32 @@ impl Case {
 
     /// The design with the given variables, by name and in the unit of each; the others keep their start.
     ///
+    /// A value may lie beyond a bound by round-off, as the end of a run may.
+    ///
     /// # Errors
-    /// [`DesignError::NoVariable`].
+    /// [`DesignError::NoVariable`], [`DesignError::Twice`], [`DesignError::NotFinite`], [`DesignError::OutOfBounds`].
     pub fn design_vector<'a>(&self, given: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Vec<f64>, DesignError> {
         let variables = self.problem.geometry().variables();
+        let positions: HashMap<&str, usize> = variables.iter().enumerate().map(|(k, v)| (v.name.as_str(), k)).collect();
         let mut values = self.problem.start_values();
+        let mut seen = vec![false; values.len()];
         for (name, value) in given {
-            let index = variables.iter().position(|v| v.name == name).ok_or_else(|| {
+            let index = *positions.get(name).ok_or_else(|| {
                 let suggestion = nearest(name, variables.iter().map(|v| v.name.as_str()));
                 DesignError::NoVariable { name: name.into(), suggestion }
             })?;
+            if std::mem::replace(&mut seen[index], true) {
+                return Err(DesignError::Twice { name: name.into() });
+            }
+            if !value.is_finite() {
+                return Err(DesignError::NotFinite { name: name.into() });
+            }
+            let Variable { bounds, scale, .. } = &variables[index];
+            let slack = |bound: f64| 1e-9 * scale + 8.0 * f64::EPSILON * bound.abs();
+            if value < bounds.lower - slack(bounds.lower) || value > bounds.upper + slack(bounds.upper) {
+                let (lower, upper) = (bounds.lower, bounds.upper);
+                return Err(DesignError::OutOfBounds { name: name.into(), value, lower, upper });
+            }
             values[index] = value;
         }
         Ok(values)

@@ -66,7 +66,8 @@ impl<P: Problem> Journaled<P> {
     }
 
     /// Saves a [`Checkpoint`] of the run `identity` to `path` after an evaluation, but not more often than every
-    /// `interval`, and so that saving a large one takes at most about a tenth of the time of the run.
+    /// `interval`, and so that saving a large one takes at most about a tenth of the time of the run. An interval of
+    /// zero saves after every evaluation.
     ///
     /// A checkpoint that cannot be saved does not end the run: see [`checkpoint_error`](Self::checkpoint_error).
     pub fn with_checkpoints(
@@ -138,7 +139,8 @@ impl<P: Problem> Journaled<P> {
 
     fn record(&mut self, x: &[f64], answer: Answer) {
         self.journal.records.push(Record { x: x.to_vec(), answer });
-        if self.saver.as_ref().is_some_and(|s| s.saved.elapsed() >= s.interval.max(10 * s.took)) {
+        let due = |s: &Saver| s.interval.is_zero() || s.saved.elapsed() >= s.interval.max(10 * s.took);
+        if self.saver.as_ref().is_some_and(due) {
             let result = self.save();
             if let (Err(error), Some(saver)) = (result, &mut self.saver) {
                 saver.error.get_or_insert(error);
