@@ -85,12 +85,8 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
     fn real_power(self, n: f64) -> Self {
         let x = self.re();
         let term = |c: f64, m: f64| if c == 0.0 { 0.0 } else { c * x.powf(m) };
-        let taylor = [
-            x.powf(n),
-            term(n, n - 1.0),
-            term(n * (n - 1.0), n - 2.0),
-            term(n * (n - 1.0) * (n - 2.0), n - 3.0),
-        ];
+        let taylor =
+            [x.powf(n), term(n, n - 1.0), term(n * (n - 1.0), n - 2.0), term(n * (n - 1.0) * (n - 2.0), n - 3.0)];
         if taylor.iter().any(|f| f.is_infinite()) { self.infinite_chain(taylor) } else { self.chain(taylor) }
     }
 

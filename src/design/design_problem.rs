@@ -13,6 +13,7 @@ use crate::flow::Solution;
 use crate::scalar::Scalar;
 use crate::section::{Measure, Section};
 use nalgebra::DMatrix;
+use num_dual::Dual64;
 use std::sync::Arc;
 
 /// A constraint: a quantity within bounds.
@@ -192,9 +193,19 @@ impl DesignProblem {
         self.quantities.iter().map(|q| self.instruments.value(q, &shape)).collect()
     }
 
-    /// Whether everything but the flow has a value at the start.
+    /// Whether everything but the flow has a value at the start, and a derivative where an optimiser needs it.
     pub(crate) fn measures_at_start(&self) -> Result<(), DesignError> {
         let shape = self.geometry.shape(&self.start_values())?;
+        let control_points = shape.section.curve().control_points();
+        let lifted: Vec<[Dual64; 2]> = control_points.iter().map(|p| p.map(Dual64::from)).collect();
+        let section = shape.section.with_control_points(lifted)?;
+        for (q, quantity) in self.quantities.iter().enumerate() {
+            if let Quantity::Measure(measure) = quantity
+                && (self.weights[q] != 0.0 || self.constraints.contains(&q))
+            {
+                measure.evaluate(&section)?;
+            }
+        }
         let plain = self.quantities.iter().filter(|q| !matches!(q, Quantity::Flow(_)));
         plain.map(|q| self.instruments.value(q, &shape)).try_for_each(|value| value.map(|_| ()))
     }

@@ -13,6 +13,16 @@ pub enum FfdError {
         /// The mistake in degree or number of control points.
         source: SplineError,
     },
+    /// The degree of one direction is too high.
+    #[error("box direction {axis} (0 = x) has degree {degree}; at most {most}")]
+    Degree {
+        /// Number of the direction, 0 for x.
+        axis: usize,
+        /// Degree that was asked for.
+        degree: usize,
+        /// Highest degree.
+        most: usize,
+    },
     /// A range is empty, reversed, not finite or beyond 1e100.
     #[error(
         "box direction {axis} (0 = x) has the range [{first:e}, {last:e}]: it must increase and stay within ±1e100"

@@ -238,14 +238,15 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, spans: [Span; D]) -> Vec
     let orders: [usize; D] = std::array::from_fn(|k| axes[k].degree() + 1);
     for k in 0..D {
         let stride: usize = orders[..k].iter().product();
+        let (span, first, last) = spans[k];
+        let rows: Vec<_> = (0..orders[k])
+            .map(|ends| blossom(&axes[k], span, repeat_n(last, ends).chain(repeat_n(first, orders[k] - 1 - ends))))
+            .collect();
         for start in (0..net.len()).filter(|i| (i / stride).is_multiple_of(orders[k])) {
             let line: Vec<[f64; D]> = (0..orders[k]).map(|j| net[start + j * stride]).collect();
-            for ends in 0..orders[k] {
-                let (span, first, last) = spans[k];
-                let arguments = repeat_n(last, ends).chain(repeat_n(first, orders[k] - 1 - ends));
-                let weights = blossom(&axes[k], span, arguments);
+            for (ends, weights) in rows.iter().enumerate() {
                 net[start + ends * stride] =
-                    std::array::from_fn(|d| line.iter().zip(&weights).map(|(point, weight)| point[d] * weight).sum());
+                    std::array::from_fn(|d| line.iter().zip(weights).map(|(point, weight)| point[d] * weight).sum());
             }
         }
     }

@@ -5,6 +5,8 @@ use super::simplices::smallest_simplex;
 use crate::scalar::Scalar;
 use crate::spline::{KnotVector, TensorSpline};
 
+/// Highest degree. The work per point goes with the square of it, and beyond some five a box gains nothing.
+const MOST_DEGREE: usize = 50;
 /// Largest magnitude of a coordinate of a control point. Areas, volumes and their squares stay finite.
 const MOST_COORDINATE: f64 = 1e100;
 
@@ -140,6 +142,9 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     fn axes(counts: [usize; D], degrees: [usize; D]) -> Result<[KnotVector; D], FfdError> {
         let mut axes = Vec::with_capacity(D);
         for axis in 0..D {
+            if degrees[axis] > MOST_DEGREE {
+                return Err(FfdError::Degree { axis, degree: degrees[axis], most: MOST_DEGREE });
+            }
             let knots = KnotVector::clamped_uniform(degrees[axis], counts[axis]);
             axes.push(knots.map_err(|source| FfdError::Direction { axis, source })?);
         }
