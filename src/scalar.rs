@@ -67,20 +67,41 @@ pub trait Scalar: DualNum<Primitive = f64> + Copy + Send + Sync {
         self.chain([t, s, -2.0 * t * s, (6.0 * t * t - 2.0) * s])
     }
 
-    /// Real power `self^n` that is finite at zero wherever its derivative is.
+    /// Real power `self^n`, exact also at zero.
     ///
-    /// `DualNum::powf` is NaN at zero, even in its value. A derivative that is infinite there (as of
-    /// `x^0.5`) stays infinite.
+    /// `DualNum::powf` is NaN at zero, even in its value. Here the value and every derivative that is finite there are
+    /// exact: of `x^1.5` the value and the first derivative are 0. A derivative that is infinite there is ±∞ (the first
+    /// of `x^0.5`, the second of `x^1.5`), and 0 in directions in which the number does not move. Where two infinite
+    /// terms of opposite sign meet, as in a third derivative along a curved path, it is NaN. Negative numbers have real
+    /// powers for integer `n` only, and NaN otherwise.
+    ///
+    /// ```
+    /// use aeroform::scalar::Scalar;
+    /// use num_dual::Dual2_64;
+    /// let x = Dual2_64::new(0.0, 1.0, 0.0).real_power(1.5);
+    /// assert_eq!((x.re, x.v1, x.v2), (0.0, 0.0, f64::INFINITY));
+    /// ```
     #[inline]
     fn real_power(self, n: f64) -> Self {
         let x = self.re();
         let term = |c: f64, m: f64| if c == 0.0 { 0.0 } else { c * x.powf(m) };
-        self.chain([
-            x.powf(n),
-            term(n, n - 1.0),
-            term(n * (n - 1.0), n - 2.0),
-            term(n * (n - 1.0) * (n - 2.0), n - 3.0),
-        ])
+        let taylor =
+            [x.powf(n), term(n, n - 1.0), term(n * (n - 1.0), n - 2.0), term(n * (n - 1.0) * (n - 2.0), n - 3.0)];
+        if taylor.iter().any(|f| f.is_infinite()) { self.infinite_chain(taylor) } else { self.chain(taylor) }
+    }
+
+    /// [`chain`](Self::chain) with infinite derivatives, of which a part that does not move makes nothing.
+    #[doc(hidden)]
+    fn infinite_chain(self, taylor: [f64; 4]) -> Self {
+        let d = self - self.re();
+        let (mut sum, mut power, mut factorial) = (Self::from(taylor[0]), Self::from(1.0), 1.0);
+        for (k, f) in taylor.into_iter().enumerate().skip(1).take(Self::NDERIV) {
+            power *= d;
+            factorial *= k as f64;
+            // twice the largest number takes everything to infinity but zero
+            sum += if f.is_infinite() { power * f.signum() * f64::MAX * f64::MAX } else { power * (f / factorial) };
+        }
+        sum
     }
 
     /// Angle of the vector (`x`, `self`) in radians, in (−π, π], with derivatives also at `x = 0`.
@@ -161,7 +182,7 @@ impl<S, T> Over<S> for T where
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use num_dual::{Dual3_64, Dual64, first_derivative, third_derivative};
+    use num_dual::{Dual2_64, Dual3_64, Dual64, HyperHyperDual64, first_derivative, third_derivative};
 
     /// Checks three derivatives of a function by differencing the one of one order less.
     fn check_three(f1: impl Fn(Dual64) -> Dual64, f3: impl Fn(Dual3_64) -> Dual3_64, x: f64) {
@@ -219,6 +240,49 @@ mod tests {
         }
         let m = 0.25f64.smooth_minimum(0.25, 1000.0);
         assert_relative_eq!(m, 0.25 - 2f64.ln() / 1000.0, max_relative = 1e-15);
+    }
+
+    #[test]
+    fn real_powers_at_zero_are_exact_to_third_order() {
+        let (zero, inf) = (0.0, f64::INFINITY);
+        for (n, expected) in [
+            (0.5, [zero, inf, -inf, inf]),
+            (1.0, [zero, 1.0, zero, zero]),
+            (1.5, [zero, zero, inf, -inf]),
+            (2.0, [zero, zero, 2.0, zero]),
+            (2.5, [zero, zero, zero, inf]),
+            (3.0, [zero, zero, zero, 6.0]),
+            (3.5, [zero; 4]),
+            (0.0, [1.0, zero, zero, zero]),
+            (-1.0, [inf, -inf, inf, -inf]),
+        ] {
+            let (v, d1, d2, d3) = third_derivative(|x: Dual3_64| x.real_power(n), 0.0);
+            assert_eq!([v, d1, d2, d3], expected, "Dual3 {n}");
+            let h = HyperHyperDual64::new(0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0).real_power(n);
+            assert_eq!([h.re, h.eps1, h.eps1eps2, h.eps1eps2eps3], expected, "HyperHyperDual {n}");
+            assert_eq!([h.eps2, h.eps3, h.eps1eps3, h.eps2eps3], [expected[1], expected[1], expected[2], expected[2]]);
+            let first = Dual64::new(0.0, 1.0).real_power(n);
+            assert_eq!([first.re, first.eps], expected[..2], "Dual {n}");
+            let second = Dual2_64::new(0.0, 1.0, 0.0).real_power(n);
+            assert_eq!([second.re, second.v1, second.v2], expected[..3], "Dual2 {n}");
+            // a number that does not move has no derivatives, and moves nothing
+            assert_eq!(Dual3_64::from(0.0).real_power(n), Dual3_64::from(expected[0]));
+            let still = HyperHyperDual64::new(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0).real_power(n);
+            assert_eq!([still.eps1, still.eps2, still.eps1eps2, still.eps1eps2eps3], [expected[1], 0.0, 0.0, 0.0]);
+        }
+        // away from zero nothing changes
+        for (x, n) in [(1e-3, 0.5), (2.0, 1.5), (1e-200, 3.5)] {
+            check_three_values(x, n);
+        }
+    }
+
+    /// Three derivatives of a power in closed form.
+    fn check_three_values(x: f64, n: f64) {
+        let (v, d1, d2, d3) = third_derivative(|x: Dual3_64| x.real_power(n), x);
+        let exact = [x.powf(n), n * x.powf(n - 1.0), n * (n - 1.0) * x.powf(n - 2.0)];
+        assert_eq!([v, d1], exact[..2]);
+        assert_relative_eq!(d2, exact[2], max_relative = 1e-15);
+        assert_relative_eq!(d3, n * (n - 1.0) * (n - 2.0) * x.powf(n - 3.0), max_relative = 1e-15);
     }
 
     #[test]

@@ -117,7 +117,7 @@ fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseErr
         let key = match &error {
             FfdError::Range { axis: 0, .. } => "x",
             FfdError::Range { .. } => "y",
-            FfdError::Direction { .. } => "degree",
+            FfdError::Direction { .. } | FfdError::Degree { .. } => "degree",
             _ => shape,
         };
         document.error(&["box", key], error.to_string())

@@ -19,11 +19,13 @@ pub use builtin::{BuiltinCase, builtin_cases};
 pub use error::CaseError;
 pub use outcome::{CaseEvaluation, CaseOutcome, RunError};
 
-use crate::design::{DesignError, DesignProblem, Problem};
-use crate::optimize::{Method, OptimizeError, Optimizer, Progress};
+use crate::design::{DesignError, DesignProblem, Problem, Variable};
+use crate::optimize::limited::read_limited;
+use crate::optimize::{Identity, Method, OptimizeError, Optimizer, Progress};
 use document::Document;
 use error::nearest;
-use schema::OptimizerTable;
+use schema::{CaseTable, OptimizerTable};
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -53,6 +55,8 @@ pub struct Case {
     pub method: Method,
     /// Settings of the file, for whichever method is used.
     settings: OptimizerTable,
+    /// The case and the files it names, as they were read.
+    sources: Identity,
 }
 
 impl Case {
@@ -76,7 +80,7 @@ impl Case {
                 "neither a file nor a built-in case{hint} (`aeroform cases` lists the built-in ones)"
             )));
         }
-        let bytes = std::fs::read(path).map_err(|e| whole(format!("cannot be read: {e}")))?;
+        let bytes = read_limited(path, MOST_BYTES).map_err(|e| whole(format!("cannot be read: {e}")))?;
         let text = String::from_utf8(bytes).map_err(|e| whole(format!("is not text (UTF-8): {e}")))?;
         Self::parse(name_or_path, &text, path.parent().unwrap_or(Path::new("")))
     }
@@ -88,11 +92,8 @@ impl Case {
     pub fn parse(origin: &str, text: &str, folder: &Path) -> Result<Self, CaseError> {
         let document = Document::new(origin, text);
         let table = document.parse()?;
-        let sound = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        if table.name.is_empty() || !table.name.chars().all(sound) {
-            let message = "a name is made of letters, digits, '-', '_' and '.' (it names a folder)";
-            return Err(document.error(&["name"], message));
-        }
+        check_name(&table.name).map_err(|message| document.error(&["name"], message))?;
+        let sources = sources(&document, text, &table, folder)?;
         let problem = build::design_problem(&document, &table, folder)?;
         let settings = table.optimizer;
         let method = settings
@@ -100,7 +101,7 @@ impl Case {
             .map_err(|e| document.error(&["optimizer", "method"], e.to_string()))?;
         settings.check(&document)?;
         let description = table.description.unwrap_or_default();
-        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, settings })
+        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, settings, sources })
     }
 
     /// Takes another method, with the settings that the case file gives for whichever method is used.
@@ -119,9 +120,11 @@ impl Case {
         definition.repairs().iter().map(|repair| format!("{}: {repair}", definition.name())).collect()
     }
 
-    /// Text that identifies a run for [`Checkpoint`](crate::optimize::Checkpoint): the case file and the method.
-    pub fn identity(&self) -> String {
-        format!("{}\n# method {}\n", self.text, self.method.name())
+    /// All that a run depends on, for [`Checkpoint`](crate::optimize::Checkpoint): this version of the program, the
+    /// method, the case file and the content of every file it names.
+    pub fn identity(&self) -> Identity {
+        let program = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));
+        self.sources.clone().with("the program", program).with("the method", self.method.name())
     }
 
     /// Minimises the objective from the start, as the case file says.
@@ -182,20 +185,75 @@ impl Case {
 
     /// The design with the given variables, by name and in the unit of each; the others keep their start.
     ///
+    /// A value may lie beyond a bound by round-off, as the end of a run may.
+    ///
     /// # Errors
-    /// [`DesignError::NoVariable`].
+    /// [`DesignError::NoVariable`], [`DesignError::Twice`], [`DesignError::NotFinite`], [`DesignError::OutOfBounds`].
     pub fn design_vector<'a>(&self, given: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Vec<f64>, DesignError> {
         let variables = self.problem.geometry().variables();
+        let positions: HashMap<&str, usize> = variables.iter().enumerate().map(|(k, v)| (v.name.as_str(), k)).collect();
         let mut values = self.problem.start_values();
+        let mut seen = vec![false; values.len()];
         for (name, value) in given {
-            let index = variables.iter().position(|v| v.name == name).ok_or_else(|| {
+            let index = *positions.get(name).ok_or_else(|| {
                 let suggestion = nearest(name, variables.iter().map(|v| v.name.as_str()));
                 DesignError::NoVariable { name: name.into(), suggestion }
             })?;
+            if std::mem::replace(&mut seen[index], true) {
+                return Err(DesignError::Twice { name: name.into() });
+            }
+            if !value.is_finite() {
+                return Err(DesignError::NotFinite { name: name.into() });
+            }
+            let Variable { bounds, scale, .. } = &variables[index];
+            let slack = |bound: f64| 1e-9 * scale + 8.0 * f64::EPSILON * bound.abs();
+            if value < bounds.lower - slack(bounds.lower) || value > bounds.upper + slack(bounds.upper) {
+                let (lower, upper) = (bounds.lower, bounds.upper);
+                return Err(DesignError::OutOfBounds { name: name.into(), value, lower, upper });
+            }
             values[index] = value;
         }
         Ok(values)
     }
+}
+
+/// Largest case file that is read, in bytes.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// The case and the files it names.
+fn sources(document: &Document, text: &str, table: &CaseTable, folder: &Path) -> Result<Identity, CaseError> {
+    let mut identity = Identity::new().with("the case file", text);
+    for (key, section) in [("section", Some(&table.section)), ("target", table.target.as_ref())] {
+        if let Some(file) = section.and_then(|section| section.file.as_ref()) {
+            let content = read_limited(&folder.join(file), MOST_BYTES).map_err(|e| {
+                document.error(&[key, "file"], format!("{}: cannot be read: {e}", folder.join(file).display()))
+            })?;
+            identity = identity.with_content(format!("the {key} file {file}"), &content);
+        }
+    }
+    Ok(identity)
+}
+
+/// Refuses names that are no sound name of a folder everywhere.
+fn check_name(name: &str) -> Result<(), String> {
+    const MOST: usize = 100;
+    let sound = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if name.is_empty() || !name.chars().all(sound) {
+        return Err("a name is made of letters, digits, '-', '_' and '.' (it names a folder)".into());
+    }
+    if name.starts_with(['.', '-']) || name.ends_with('.') {
+        return Err(format!("the name {name:?} must not begin with '.' or '-' or end with '.' (it names a folder)"));
+    }
+    if name.len() > MOST {
+        return Err(format!("the name has {} characters; at most {MOST} (it names a folder)", name.len()));
+    }
+    // names of devices on Windows, with any ending
+    let stem = name.split('.').next().unwrap_or(name).to_ascii_uppercase();
+    let numbered = |device: &str| stem.strip_prefix(device).is_some_and(|n| n.len() == 1 && n != "0" && n < ":");
+    if ["CON", "PRN", "AUX", "NUL"].contains(&stem.as_str()) || ["COM", "LPT"].into_iter().any(numbered) {
+        return Err(format!("the name {name:?} is that of a device on some systems; choose another"));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::report::json::{EvaluationReport, Named};
 pub(super) struct EvaluateArguments {
     /// A TOML file or the name of a built-in case
     case: String,
-    /// JSON file with the design vector {"variable name": value, …}; missing variables keep their start
+    /// JSON file with the design vector {"variable name": value, …}; missing variables keep their start; `-` reads standard input
     #[arg(long, value_name = "FILE.json")]
     at: Option<String>,
     /// Also the exact derivative of every value with respect to every variable

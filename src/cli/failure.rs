@@ -1,5 +1,6 @@
 //! How a subcommand ends badly.
 
+use super::message::say;
 use crate::case::{CaseError, RunError};
 
 /// Why the command ends with a status other than 0.
@@ -7,26 +8,25 @@ use crate::case::{CaseError, RunError};
 pub(super) enum Failure {
     /// Bad usage or input: status 2.
     Input(String),
+    /// Arguments that were not understood, which has been said: status 2.
+    Usage,
     /// The computation did not succeed: status 1.
     Computation(String),
-    /// The reader of standard output has gone: status 0, nothing said.
-    Quiet,
 }
 
 impl Failure {
     pub fn report(&self) {
         match self {
-            Self::Input(message) | Self::Computation(message) => eprintln!("aeroform: {message}"),
-            Self::Quiet => {}
+            Self::Input(message) | Self::Computation(message) => say(message),
+            Self::Usage => {}
         }
     }
 
     /// The exit status of the process.
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Input(_) => 2,
+            Self::Input(_) | Self::Usage => 2,
             Self::Computation(_) => 1,
-            Self::Quiet => 0,
         }
     }
 
@@ -36,6 +36,16 @@ impl Failure {
         match error {
             RunError::Optimize(_) => Self::Input(message),
             RunError::Design(_) => Self::Computation(message),
+        }
+    }
+}
+
+/// What went wrong, in a sentence.
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Input(message) | Self::Computation(message) => f.write_str(message),
+            Self::Usage => f.write_str("the arguments were not understood"),
         }
     }
 }

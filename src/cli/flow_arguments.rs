@@ -1,6 +1,7 @@
 //! Arguments that `analyze` and `polar` share: section, panels, condition.
 
 use super::failure::Failure;
+use super::message::say;
 use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
 use crate::section::SectionDefinition;
 
@@ -69,7 +70,7 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<(Vec<[f64; 2]>, Pane
     let mut definition = SectionDefinition::parse(&arguments.shape).map_err(|e| bad(&e))?;
     if let SectionDefinition::Coordinates(coordinates) = &definition {
         for repair in coordinates.repairs() {
-            eprintln!("aeroform: {}: repaired: {repair}", arguments.shape);
+            say(format_args!("{}: repaired: {repair}", arguments.shape));
         }
         // coefficients are on the chord
         definition = SectionDefinition::Coordinates(coordinates.normalized().map_err(|e| bad(&e))?);

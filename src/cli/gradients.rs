@@ -12,7 +12,7 @@ use crate::report::json::GradientsReport;
 pub(super) struct GradientsArguments {
     /// A TOML file or the name of a built-in case
     case: String,
-    /// JSON file with the design vector to check at; missing variables keep their start
+    /// JSON file with the design vector to check at; missing variables keep their start; `-` reads standard input
     #[arg(long, value_name = "FILE.json")]
     at: Option<String>,
     /// Move every variable off that point by up to this share of its natural step first, so that no derivative

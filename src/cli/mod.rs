@@ -12,6 +12,7 @@ mod figures;
 mod flow_arguments;
 mod gradients;
 mod html;
+mod message;
 mod output;
 mod polar;
 mod processor;
@@ -50,12 +51,28 @@ enum Command {
 
 /// Runs the command with the arguments of the process.
 pub fn main() -> ExitCode {
-    match processor::check().and_then(|()| run_command(Arguments::parse().command)) {
+    match processor::check().and_then(|()| arguments()).and_then(|given| given.map_or(Ok(()), run_command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.report();
             failure.exit_status().into()
         }
+    }
+}
+
+/// The command that was asked for; `None` where help or version was, which has been printed.
+fn arguments() -> Result<Option<Command>, Failure> {
+    let error = match Arguments::try_parse() {
+        Ok(arguments) => return Ok(Some(arguments.command)),
+        Err(error) => error,
+    };
+    // with the colours that the terminal takes
+    match (error.print(), error.use_stderr()) {
+        (_, true) => Err(Failure::Usage),
+        (Err(error), false) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Computation(format!("standard output cannot be written: {error}")))
+        }
+        _ => Ok(None),
     }
 }
 

@@ -3,11 +3,12 @@
 use super::failure::Failure;
 use std::io::Write;
 
-/// Prints to standard output; a closed pipe (`aeroform … | head`) ends the command quietly.
+/// Prints to standard output. A reader that has gone (`aeroform … | head`) has what it wanted: the command goes on, and
+/// its exit status says how the computation went.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Err(Failure::Quiet),
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         Err(error) => Err(Failure::Computation(format!("standard output cannot be written: {error}"))),
         Ok(()) => Ok(()),
     }

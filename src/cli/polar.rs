@@ -4,6 +4,7 @@ use super::failure::Failure;
 use super::figures;
 use super::flow_arguments::{FlowArguments, panelled};
 use super::output::{print, print_json};
+use crate::design::{in_parallel_with, processors};
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
 use crate::report::{Align, OutputDirectory, Table};
@@ -42,7 +43,7 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     let points = sweep(arguments, &section, &alphas)?;
     if let Some(directory) = &directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
-        let reliable: Vec<&Solution> = points.iter().map(|(s, _)| s).filter(|s| s.is_reliable()).collect();
+        let reliable: Vec<&Solution> = points.iter().filter_map(Point::reliable).collect();
         let title =
             format!("{}: M {}, Re {:.3e}", arguments.point.name(), arguments.point.mach, arguments.point.reynolds);
         let files = [
@@ -53,12 +54,17 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
         directory.write_all(files).map_err(|e| failed(&e))?;
     }
     if arguments.json {
-        let reports = points.iter().map(|(solution, seconds)| AnalysisReport::new(solution, *seconds));
+        let reports = points.iter().map(|point| match &point.flow {
+            Ok((solution, seconds)) => AnalysisReport::new(solution, *seconds),
+            Err(_) => {
+                AnalysisReport::refused(point.alpha, arguments.point.mach, arguments.point.reynolds, point.status())
+            }
+        });
         print_json(&PolarReport { section: arguments.point.shape.clone(), points: reports.collect() })?;
     } else {
         print(&table(&points))?;
     }
-    let failed = points.iter().filter(|(s, _)| !s.is_reliable()).count();
+    let failed = points.iter().filter(|p| p.reliable().is_none()).count();
     if failed == 0 {
         return Ok(());
     }
@@ -86,84 +92,119 @@ fn angles(text: &str) -> Result<Vec<f64>, Failure> {
     Ok((0..=(count + 1e-9).floor() as usize).map(|k| first + k as f64 * step).collect())
 }
 
-/// Solves all points; each job takes a run of neighbouring ones, every point starting from the last.
-fn sweep(
-    arguments: &PolarArguments,
-    section: &PanelledSection,
-    alphas: &[f64],
-) -> Result<Vec<(Solution, f64)>, Failure> {
-    let jobs = arguments.jobs.clamp(1, alphas.len().max(1));
-    let chunk = alphas.len().div_ceil(jobs).max(1);
-    let solve = |run: &[f64]| -> Result<Vec<(Solution, f64)>, Failure> {
-        let mut solutions: Vec<(Solution, f64)> = Vec::with_capacity(run.len());
-        for &alpha in run {
-            let begin = Instant::now();
-            let condition = arguments.point.condition(Some(alpha), None)?;
-            let warm = solutions.last().map(|(s, _)| s).filter(|s| s.is_reliable());
-            let solution = section
-                .analyze(&condition, &Settings::default(), warm)
-                .map_err(|e: FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape)))?;
-            solutions.push((solution, begin.elapsed().as_secs_f64()));
-        }
-        Ok(solutions)
-    };
-    std::thread::scope(|scope| {
-        let handles: Vec<_> = alphas.chunks(chunk).map(|run| scope.spawn(|| solve(run))).collect();
-        let mut all = Vec::with_capacity(alphas.len());
-        for handle in handles {
-            let part = handle.join().map_err(|_| Failure::Computation("a sweep ended unexpectedly".into()))?;
-            all.extend(part?);
-        }
-        Ok(all)
-    })
+/// One point of a sweep.
+struct Point {
+    /// Angle of attack in degrees.
+    alpha: f64,
+    /// The flow and the seconds it took, or why there is none.
+    flow: Result<(Solution, f64), Failure>,
 }
 
-fn table(points: &[(Solution, f64)]) -> String {
+impl Point {
+    fn solution(&self) -> Option<&Solution> {
+        self.flow.as_ref().ok().map(|(solution, _)| solution)
+    }
+
+    /// The solution, where its numbers hold.
+    fn reliable(&self) -> Option<&Solution> {
+        self.solution().filter(|s| s.is_reliable())
+    }
+
+    /// The status in words: of the flow, or the reason why there is none.
+    fn status(&self) -> String {
+        match &self.flow {
+            Ok((solution, _)) => solution.status.to_string(),
+            Err(failure) => failure.to_string(),
+        }
+    }
+}
+
+/// Solves all points; each job takes a run of neighbouring ones, every point starting from the last. A point that has
+/// no flow keeps its reason, and the others their flows.
+///
+/// # Errors
+/// The reason of the first point where no point has a flow.
+fn sweep(arguments: &PolarArguments, section: &PanelledSection, alphas: &[f64]) -> Result<Vec<Point>, Failure> {
+    let jobs = arguments.jobs.clamp(1, alphas.len().max(1));
+    let runs: Vec<&[f64]> = alphas.chunks(alphas.len().div_ceil(jobs).max(1)).collect();
+    let solve = |run: &[f64]| -> Vec<Point> {
+        let mut points: Vec<Point> = Vec::with_capacity(run.len());
+        for &alpha in run {
+            let warm = points.last().and_then(Point::reliable);
+            let flow = solve_point(arguments, section, alpha, warm);
+            points.push(Point { alpha, flow });
+        }
+        points
+    };
+    let mut points: Vec<Point> =
+        in_parallel_with(jobs.min(processors()), &runs, || (), |(), run| solve(run)).into_iter().flatten().collect();
+    if points.iter().all(|p| p.flow.is_err())
+        && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
+    {
+        return Err(Failure::Input(format!("{}: {failure}", arguments.point.shape)));
+    }
+    Ok(points)
+}
+
+fn solve_point(
+    arguments: &PolarArguments,
+    section: &PanelledSection,
+    alpha: f64,
+    warm: Option<&Solution>,
+) -> Result<(Solution, f64), Failure> {
+    let begin = Instant::now();
+    let condition = arguments.point.condition(Some(alpha), None)?;
+    let solution = section
+        .analyze(&condition, &Settings::default(), warm)
+        .map_err(|e: FlowError| Failure::Input(e.to_string()))?;
+    Ok((solution, begin.elapsed().as_secs_f64()))
+}
+
+fn table(points: &[Point]) -> String {
     let columns = ["alpha", "CL", "CD", "CD pressure", "Cm", "transition up", "transition low", "iterations", "status"];
     let align = |k: usize| if k == 8 { Align::Left } else { Align::Right };
     let mut table = Table::new(columns.iter().enumerate().map(|(k, name)| (*name, align(k))));
-    for (s, _) in points {
-        let number = |value: f64, digits: usize| if s.is_reliable() { format!("{value:.digits$}") } else { "-".into() };
+    for point in points {
+        let number = |value: fn(&Solution) -> f64, digits: usize| {
+            point.reliable().map_or("-".into(), |s| format!("{:.digits$}", value(s)))
+        };
         table.row([
-            format!("{:.3}", s.alpha.to_degrees()),
-            number(s.coefficients.cl, 5),
-            number(s.coefficients.cd, 6),
-            number(s.cd_pressure, 6),
-            number(s.coefficients.cm, 5),
-            number(s.coefficients.transition[0], 4),
-            number(s.coefficients.transition[1], 4),
-            s.iterations.to_string(),
-            s.status.to_string(),
+            format!("{:.3}", point.alpha),
+            number(|s| s.coefficients.cl, 5),
+            number(|s| s.coefficients.cd, 6),
+            number(|s| s.cd_pressure, 6),
+            number(|s| s.coefficients.cm, 5),
+            number(|s| s.coefficients.transition[0], 4),
+            number(|s| s.coefficients.transition[1], 4),
+            point.solution().map_or("-".into(), |s| s.iterations.to_string()),
+            point.status(),
         ]);
     }
     format!("{table}\n")
 }
 
-fn csv(points: &[(Solution, f64)]) -> String {
+fn csv(points: &[Point]) -> String {
     let mut text = String::from(
         "alpha,cl,cd,cd_pressure,cd_friction,cm,cp_min,transition_upper,transition_lower,iterations,residual,seconds,status\n",
     );
-    for (s, seconds) in points {
-        let number = |value: f64| if s.is_reliable() { value.to_string() } else { String::new() };
+    for point in points {
+        let number = |value: fn(&Solution) -> f64| point.reliable().map_or(String::new(), |s| value(s).to_string());
         let values = [
-            s.coefficients.cl,
-            s.coefficients.cd,
-            s.cd_pressure,
-            s.cd_friction,
-            s.coefficients.cm,
-            s.coefficients.cp_min,
-            s.coefficients.transition[0],
-            s.coefficients.transition[1],
+            number(|s| s.coefficients.cl),
+            number(|s| s.coefficients.cd),
+            number(|s| s.cd_pressure),
+            number(|s| s.cd_friction),
+            number(|s| s.coefficients.cm),
+            number(|s| s.coefficients.cp_min),
+            number(|s| s.coefficients.transition[0]),
+            number(|s| s.coefficients.transition[1]),
         ];
-        let values: Vec<String> = values.into_iter().map(number).collect();
-        text.push_str(&format!(
-            "{},{},{},{:e},{seconds:.6},\"{}\"\n",
-            s.alpha.to_degrees(),
-            values.join(","),
-            s.iterations,
-            s.residual,
-            s.status
-        ));
+        let solving = match &point.flow {
+            Ok((s, seconds)) => format!("{},{:e},{seconds:.6}", s.iterations, s.residual),
+            Err(_) => ",,".into(),
+        };
+        let status = point.status().replace('"', "\"\"");
+        text.push_str(&format!("{},{},{solving},\"{status}\"\n", point.alpha, values.join(",")));
     }
     text
 }

@@ -3,15 +3,19 @@
 use super::failure::Failure;
 use super::figures;
 use super::html::{HtmlTable, Page};
+use super::message::say;
 use super::output::{pretty, print, print_json};
 use crate::cad;
 use crate::case::{Case, CaseOutcome};
 use crate::design::{DesignProblem, FlowTiming, Shape};
 use crate::differentiate::{StepRange, finite_difference_jacobian};
-use crate::optimize::{Checkpoint, CheckpointError, History, Journal, Journaled, Outcome, Progress, Termination};
-use crate::report::OutputDirectory;
+use crate::optimize::{
+    Checkpoint, CheckpointError, History, Identity, Journal, Journaled, Outcome, Progress, Termination,
+};
 use crate::report::figures::FigureError;
 use crate::report::json::{ConstraintReport, RunReport};
+use crate::report::{OutputDirectory, OutputError};
+use crate::section::Section;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
@@ -49,6 +53,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     case.method.check_constraints(&case.problem).map_err(|e| Failure::Input(format!("{}: {e}", case.name)))?;
     let path = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name));
     let directory = OutputDirectory::prepare(&path).map_err(|e| Failure::Input(e.to_string()))?;
+    let _lock = directory.lock().map_err(|e| Failure::Input(e.to_string()))?;
     let checkpoint = path.join("checkpoint.json");
     let identity = case.identity();
     let journal = if arguments.resume { resume(&checkpoint, &identity)? } else { Journal::default() };
@@ -66,31 +71,50 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         .map_err(|e| Failure::of_run(&case.name, &e))?;
     bar.finish_and_clear();
     if let Some(index) = problem.divergence() {
-        eprintln!(
-            "aeroform: the checkpoint was left at evaluation {}: this program computes differently; went on from there",
+        say(format_args!(
+            "the checkpoint was left at evaluation {}: this program computes differently; went on from there",
             index + 1
-        );
+        ));
     }
-    problem.save().map_err(|e| Failure::Computation(e.to_string()))?;
-    let timing = problem.into_parts().0.flow_timing();
+    // whatever cannot be written must not lose the rest; what costs most to find again goes first
+    let mut lost: Vec<String> = Vec::new();
     let result = RunReport::new(&case, &end);
-    directory
-        .write_all(files(arguments, &mut case, &end, &result, &history, &directory, timing)?)
-        .map_err(|e| Failure::Computation(e.to_string()))?;
+    let numbers = [
+        ("result.json", pretty(&result)?),
+        ("history.csv", history.to_csv()),
+        ("final.dat", titled(&case, &end).selig()),
+    ];
+    lost.extend(directory.write_each(numbers).iter().map(OutputError::to_string));
+    lost.extend(problem.save().err().map(|e| e.to_string()));
+    let timing = problem.into_parts().0.flow_timing();
+    match files(arguments, &mut case, &end, &result, &history, &directory, timing) {
+        Ok(figures) => lost.extend(directory.write_each(figures).iter().map(OutputError::to_string)),
+        Err(failure) => lost.push(failure.to_string()),
+    }
+    lost.iter().for_each(say);
     if arguments.json {
         print_json(&result)?
     } else {
         print(&summary(&result, &directory))?
     }
     match end.outcome.status {
-        Termination::Converged | Termination::Stalled => Ok(()),
+        Termination::Converged | Termination::Stalled if lost.is_empty() => Ok(()),
+        Termination::Converged | Termination::Stalled => {
+            Err(Failure::Computation(format!("{}: not all results could be written", case.name)))
+        }
         _ => Err(Failure::Computation(format!("{}: {}", case.name, end.outcome.message))),
     }
 }
 
-fn resume(path: &Path, identity: &str) -> Result<Journal, Failure> {
+/// The section of the best design under a name that tells where it comes from.
+fn titled(case: &Case, end: &CaseOutcome) -> Section<f64> {
+    let section = &end.shape.section;
+    section.clone().with_name(format!("{} (aeroform {})", section.name(), case.name))
+}
+
+fn resume(path: &Path, identity: &Identity) -> Result<Journal, Failure> {
     if !path.exists() {
-        eprintln!("aeroform: no checkpoint at {}; starting anew", path.display());
+        say(format_args!("no checkpoint at {}; starting anew", path.display()));
         return Ok(Journal::default());
     }
     match Checkpoint::load(path, identity) {
@@ -122,7 +146,7 @@ fn show(bar: &ProgressBar, progress: &Progress<'_>) {
     bar.set_message(format!("iteration {}  best {:.6e}{violation}", progress.iteration, progress.best_objective));
 }
 
-/// Names and contents of the files of a run.
+/// Names and contents of the files of a run that show what its numbers say.
 fn files(
     arguments: &RunArguments,
     case: &mut Case,
@@ -141,16 +165,12 @@ fn files(
     let end_figure = design(shape, &format!("{name}: {}", end.outcome.status))?;
     let convergence = figures::convergence(history, &name).map_err(|e| wrong(&e))?;
     let pressures = pressures(problem, &initial, shape).map_err(|e| wrong(&e))?;
-    let title = format!("{} (aeroform {name})", shape.section.name());
-    let section = shape.section.clone().with_name(title.as_str());
+    let section = titled(case, end);
     let mut files = vec![
-        ("result.json", pretty(result)?),
-        ("history.csv", history.to_csv()),
         ("initial.svg", start_figure.clone()),
         ("final.svg", end_figure.clone()),
         ("convergence.svg", convergence.clone()),
-        ("final.dat", section.selig()),
-        ("final.step", cad::step(section.curve(), &title).map_err(|e| wrong(&e))?),
+        ("final.step", cad::step(section.curve(), section.name()).map_err(|e| wrong(&e))?),
     ];
     files.extend(pressures.first().map(|(_, svg)| ("pressure.svg", svg.clone())));
     let mut shown = vec![("Start".to_string(), start_figure), ("End".to_string(), end_figure)];

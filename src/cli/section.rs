@@ -1,6 +1,7 @@
 //! `aeroform section`: builds a section, measures it and exports it.
 
 use super::failure::Failure;
+use super::message::say;
 use super::output::{print, print_json};
 use crate::cad;
 use crate::report::OutputDirectory;
@@ -38,7 +39,7 @@ pub(super) fn run(arguments: &SectionArguments) -> Result<(), Failure> {
     let section = definition.section().map_err(bad)?;
     if let SectionDefinition::Coordinates(coordinates) = &definition {
         for repair in coordinates.repairs() {
-            eprintln!("aeroform: {}: repaired: {repair}", arguments.shape);
+            say(format_args!("{}: repaired: {repair}", arguments.shape));
         }
     }
     if let Some(path) = &arguments.out {

@@ -2,8 +2,10 @@
 
 mod second_order;
 
-use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint, in_parallel_with};
-use super::geometry::{Geometry, LinearisedShape, Shape};
+use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
+use super::geometry::{Geometry, Shape};
+use super::linearised::LinearisedShape;
+use super::parallel::{in_parallel_with, processors};
 use super::quantity::{Instruments, Quantity, finite};
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
@@ -11,6 +13,7 @@ use crate::flow::Solution;
 use crate::scalar::Scalar;
 use crate::section::{Measure, Section};
 use nalgebra::DMatrix;
+use num_dual::Dual64;
 use std::sync::Arc;
 
 /// A constraint: a quantity within bounds.
@@ -52,24 +55,6 @@ pub struct DesignProblem {
     /// Hessian of the shape error of a linear geometry, in the variables' own units.
     error_hessian: Option<DMatrix<f64>>,
     work: Workspace,
-}
-
-/// Derivatives of the control points in the variables.
-enum Tangents {
-    /// Tangents of a linear geometry: equal at every shape, whichever they were taken at.
-    Constant(Arc<LinearisedShape>),
-    /// Tangents at the shape that is evaluated.
-    Local(LinearisedShape),
-}
-
-impl Tangents {
-    /// Derivatives of the section's control points: one list of control points per variable.
-    fn of_section(&self) -> &[Vec<[f64; 2]>] {
-        match self {
-            Self::Constant(shape) => &shape.section_tangents,
-            Self::Local(shape) => &shape.section_tangents,
-        }
-    }
 }
 
 /// How the derivatives of a quantity are found.
@@ -208,9 +193,19 @@ impl DesignProblem {
         self.quantities.iter().map(|q| self.instruments.value(q, &shape)).collect()
     }
 
-    /// Whether everything but the flow has a value at the start.
+    /// Whether everything but the flow has a value at the start, and a derivative where an optimiser needs it.
     pub(crate) fn measures_at_start(&self) -> Result<(), DesignError> {
         let shape = self.geometry.shape(&self.start_values())?;
+        let control_points = shape.section.curve().control_points();
+        let lifted: Vec<[Dual64; 2]> = control_points.iter().map(|p| p.map(Dual64::from)).collect();
+        let section = shape.section.with_control_points(lifted)?;
+        for (q, quantity) in self.quantities.iter().enumerate() {
+            if let Quantity::Measure(measure) = quantity
+                && (self.weights[q] != 0.0 || self.constraints.contains(&q))
+            {
+                measure.evaluate(&section)?;
+            }
+        }
         let plain = self.quantities.iter().filter(|q| !matches!(q, Quantity::Flow(_)));
         plain.map(|q| self.instruments.value(q, &shape)).try_for_each(|value| value.map(|_| ()))
     }
@@ -287,17 +282,19 @@ impl DesignProblem {
     }
 
     /// Deforms the workspace to its variables and gives the tangents there.
-    fn prepare(&mut self) -> Result<Tangents, DesignError> {
+    ///
+    /// Those of a linear geometry are equal at every shape, whichever they were taken at.
+    fn prepare(&mut self) -> Result<Arc<LinearisedShape>, DesignError> {
         if let Some(tangents) = &self.tangents {
             let tangents = Arc::clone(tangents);
             self.deform_in_place();
-            return Ok(Tangents::Constant(tangents));
+            return Ok(tangents);
         }
         let linearised = self.geometry.linearise(&self.work.values)?;
         self.work.net.clone_from(&linearised.shape.net);
         self.work.points.clear();
         self.work.points.extend_from_slice(linearised.shape.section.curve().control_points());
-        Ok(Tangents::Local(linearised))
+        Ok(Arc::new(linearised))
     }
 
     fn clear_slopes(&mut self) {
@@ -331,42 +328,22 @@ impl DesignProblem {
         Ok(Contribution::Slopes(value))
     }
 
-    /// Carries the slopes in the workspace back to the variables: transposed maps where they are constant, tangents
-    /// where section parameters are variables.
-    fn pull_back(&mut self, tangents: &Tangents) -> Vec<f64> {
-        let work = &mut self.work;
-        let n = work.values.len();
-        let mut gradient = vec![0.0; n];
-        match tangents {
-            Tangents::Constant(_) => {
-                let frame = self.geometry.initial_frame();
-                frame.weights.add_transposed_to(&work.point_slope, &mut work.net_slope);
-                for (row, slope) in work.net_slope.iter().flatten().enumerate() {
-                    for (variable, weight) in frame.motion.row(row) {
-                        gradient[variable] += slope * weight;
-                    }
-                }
-            }
-            Tangents::Local(shape) => {
-                let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
-                    a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
-                };
-                for (k, entry) in gradient.iter_mut().enumerate() {
-                    *entry = dot(&work.point_slope, &shape.section_tangents[k])
-                        + dot(&work.net_slope, &shape.net_tangents[k]);
-                }
-            }
-        }
-        gradient
+    /// Carries the slopes in the workspace back to the variables.
+    fn pull_back(&mut self, tangents: &LinearisedShape) -> Vec<f64> {
+        tangents.pull_back(&self.work.point_slope, &mut self.work.net_slope)
     }
 
     /// A measure with its gradient, by chunks of tangents.
-    fn measure_gradient(&self, measure: &Measure, tangents: &Tangents) -> Result<(f64, Vec<f64>), DesignError> {
+    fn measure_gradient(&self, measure: &Measure, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
         let section = self.geometry.section().with_control_points(self.work.points.clone())?;
-        self.instruments.measure_gradient(measure, &section, tangents.of_section())
+        self.instruments.measure_gradient(measure, &section, tangents)
     }
 
-    fn quantity_gradient(&mut self, quantity: usize, tangents: &Tangents) -> Result<(f64, Vec<f64>), DesignError> {
+    fn quantity_gradient(
+        &mut self,
+        quantity: usize,
+        tangents: &LinearisedShape,
+    ) -> Result<(f64, Vec<f64>), DesignError> {
         self.clear_slopes();
         match self.add_slopes(quantity, 1.0)? {
             Contribution::Slopes(value) => Ok((value, self.pull_back(tangents))),
@@ -455,7 +432,7 @@ impl Problem for DesignProblem {
             worker.instruments.flow = Some(flow.on_the_same_clock());
             worker
         };
-        in_parallel_with(points, worker, |worker, x| worker.evaluate(x))
+        in_parallel_with(processors(), points, worker, |worker, x| worker.evaluate(x))
     }
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && matches!(q, Quantity::Flow(_));

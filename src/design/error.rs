@@ -104,6 +104,24 @@ pub enum DesignError {
         /// The nearest name there is.
         suggestion: Option<String>,
     },
+    /// A design vector with two values for one variable.
+    #[error("{name:?} is given twice")]
+    Twice {
+        /// Name of the variable.
+        name: String,
+    },
+    /// A value beyond the bounds of its variable.
+    #[error("{name} is {value}, outside of its bounds {lower} and {upper}")]
+    OutOfBounds {
+        /// Name of the variable.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// The lower bound.
+        lower: f64,
+        /// The upper bound.
+        upper: f64,
+    },
     /// No variables are left to design with.
     #[error("no design variables: nothing is free")]
     NothingFree,

@@ -2,6 +2,7 @@
 
 use super::DesignError;
 use super::geometry::Shape;
+use super::parallel::{in_parallel_with, processors};
 use crate::ffd::LinearMap;
 use crate::flow::{
     COEFFICIENTS, Coefficients, Condition, FlowSection, FlowSolver, HeldGradients, Solution, panel_parameters,
@@ -355,34 +356,5 @@ impl FlowAnalysis {
 
 /// `of` every item, in order, on as many threads as there are processors.
 fn in_parallel<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    in_parallel_with(items, || (), |(), item| of(item))
-}
-
-/// Applies `of` to every item like [`in_parallel`], with a worker that each thread makes for itself first.
-pub(super) fn in_parallel_with<T: Sync, R: Send, W>(
-    items: &[T],
-    make: impl Fn() -> W + Sync,
-    of: impl Fn(&mut W, &T) -> R + Sync,
-) -> Vec<R> {
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(items.len());
-    if threads < 2 {
-        let mut worker = make();
-        return items.iter().map(|item| of(&mut worker, item)).collect();
-    }
-    let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
-    let next = Mutex::new(items.iter().zip(&mut results));
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                let mut worker = make();
-                loop {
-                    let job = next.lock().unwrap_or_else(PoisonError::into_inner).next();
-                    let Some((item, place)) = job else { break };
-                    *place = Some(of(&mut worker, item));
-                }
-            });
-        }
-    });
-    // every place has been filled: the threads end when there is none left
-    results.into_iter().flatten().collect()
+    in_parallel_with(processors(), items, || (), |(), item| of(item))
 }

@@ -1,11 +1,13 @@
 //! From design variables to the deformed section: one pipeline, generic over the scalar.
 
+use super::linearised::{LinearisedShape, Tangent};
 use super::motion::{Axis, BoxMotion};
 use super::{Bounds, DesignError};
 use crate::differentiate::{self, VectorFunction};
 use crate::ffd::{FfdBox, LinearMap};
 use crate::scalar::Scalar;
 use crate::section::{Section, SectionDefinition};
+use std::collections::BTreeMap;
 
 /// The kind of deformation between the undeformed section and the deformed one.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,17 +79,6 @@ pub struct Shape<S = f64> {
     pub section: Section<S>,
     /// The deformed control net of the box, first direction (x) fastest; empty where there is none.
     pub net: Vec<[S; 2]>,
-}
-
-/// A shape with its derivative with respect to every variable, in the variables' own units.
-#[derive(Debug, Clone)]
-pub struct LinearisedShape {
-    /// The shape at the given variables.
-    pub shape: Shape<f64>,
-    /// For each variable, the derivative of every control point of the section.
-    pub section_tangents: Vec<Vec<[f64; 2]>>,
-    /// For each variable, the derivative of every control point of the net.
-    pub net_tangents: Vec<Vec<[f64; 2]>>,
 }
 
 impl Geometry {
@@ -246,26 +237,11 @@ impl Geometry {
         let (mut net, mut points) = (Vec::new(), Vec::new());
         self.deform(frame, values, &mut net, &mut points);
         let shape = Shape { section: frame.section.with_control_points(points)?, net };
-        let (mut section_tangents, mut net_tangents) = self.parameter_tangents(values)?;
-        let (n_net, n_points) = (self.net.len(), shape.section.curve().control_points().len());
-        let mut moved = vec![vec![[0.0; 2]; n_net]; frame.motion.inputs()];
-        for row in 0..frame.motion.outputs() {
-            for (variable, weight) in frame.motion.row(row) {
-                moved[variable][row / 2][row % 2] += weight;
-            }
-        }
-        for tangent in moved {
-            let mut through = vec![[0.0; 2]; n_points];
-            frame.weights.add_to(&tangent, &mut through);
-            section_tangents.push(through);
-            net_tangents.push(tangent);
-        }
-        Ok(LinearisedShape { shape, section_tangents, net_tangents })
+        Ok(LinearisedShape::new(shape, self.parameter_tangents(values)?, &frame.motion, &frame.weights))
     }
 
     /// Derivatives of section and net with respect to the section parameters among the variables.
-    #[allow(clippy::type_complexity)]
-    fn parameter_tangents(&self, values: &[f64]) -> Result<(Vec<Vec<[f64; 2]>>, Vec<Vec<[f64; 2]>>), DesignError> {
+    fn parameter_tangents(&self, values: &[f64]) -> Result<Vec<Tangent>, DesignError> {
         struct InParameters<'a>(&'a Geometry, &'a [f64]);
         impl VectorFunction for InParameters<'_> {
             type Error = DesignError;
@@ -278,16 +254,15 @@ impl Geometry {
         }
         let count = values.len() - self.motion.variables();
         if count == 0 {
-            return Ok((Vec::new(), Vec::new()));
+            return Ok(Vec::new());
         }
         let (_, jacobian) = differentiate::jacobian(&InParameters(self, values), &values[..count])?;
         let split = self.section().curve().control_points().len();
         let pairs = |column: usize, first: usize, last: usize| -> Vec<[f64; 2]> {
             (first..last).map(|i| [jacobian[(2 * i, column)], jacobian[(2 * i + 1, column)]]).collect()
         };
-        let section = (0..count).map(|k| pairs(k, 0, split)).collect();
-        let net = (0..count).map(|k| pairs(k, split, split + self.net.len())).collect();
-        Ok((section, net))
+        let tangent = |k| Tangent { section: pairs(k, 0, split), net: pairs(k, split, split + self.net.len()) };
+        Ok((0..count).map(tangent).collect())
     }
 
     /// Names, axes and start values of the motion variables and parameters, for building [`Variable`]s.
@@ -326,13 +301,13 @@ fn pin_rows<S: Scalar>(section: &Section<S>, weights: &LinearMap<S>, pins: &[f64
     let knots = section.curve().knots();
     for &u in pins {
         let span = knots.span(u);
-        let mut row = vec![S::from(0.0); weights.inputs()];
+        let mut row = BTreeMap::new();
         for (offset, basis) in knots.basis(span, u).into_iter().enumerate() {
             for (column, weight) in weights.row(span - knots.degree() + offset) {
-                row[column] += weight * basis;
+                *row.entry(column).or_insert(S::from(0.0)) += weight * basis;
             }
         }
-        for (column, weight) in row.into_iter().enumerate() {
+        for (column, weight) in row {
             map.push(column, weight);
         }
         map.end_row();

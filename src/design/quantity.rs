@@ -1,8 +1,9 @@
 //! The quantities that objectives and constraints are made of.
 
 use super::flow_analysis::{FlowAnalysis, FlowQuantity};
+use super::linearised::LinearisedShape;
 use super::{DesignError, ShapeError};
-use crate::differentiate::Direction;
+use crate::differentiate::{CHUNK, Direction};
 use crate::ffd::BoxPenalty;
 use crate::scalar::Scalar;
 use crate::section::{Measure, Section};
@@ -97,12 +98,14 @@ impl Instruments {
         &self,
         measure: &Measure,
         section: &Section<f64>,
-        tangents: &[Vec<[f64; 2]>],
+        tangents: &LinearisedShape,
     ) -> Result<(f64, Vec<f64>), DesignError> {
         let mut value = Err(DesignError::NothingFree);
-        let mut gradient = Vec::with_capacity(tangents.len());
-        for chunk in tangents.chunks(crate::differentiate::CHUNK) {
-            let result = measure.evaluate(&seed(section, chunk)?)?;
+        let variables = tangents.variables();
+        let mut gradient = Vec::with_capacity(variables);
+        for first in (0..variables).step_by(CHUNK) {
+            let chunk = tangents.section_tangents(first..variables.min(first + CHUNK));
+            let result = measure.evaluate(&seed(section, &chunk)?)?;
             value = Ok(result.re);
             // a result without a derivative part depends on no direction
             gradient.extend((0..chunk.len()).map(|slot| result.eps.0.map_or(0.0, |eps| eps[slot])));

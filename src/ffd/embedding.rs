@@ -1,6 +1,6 @@
 //! Points embedded in a box: their parameters and the linear map that moves them.
 
-use super::inversion::Inversion;
+use super::inversion::{Found, Inversion};
 use super::{FfdBox, FfdError, LinearMap};
 use crate::differentiate::lift_roots;
 use crate::scalar::Scalar;
@@ -21,23 +21,26 @@ pub struct Embedding<S = f64, const D: usize = 2> {
 impl<S: Scalar, const D: usize> FfdBox<S, D> {
     /// Embeds points, given as arrays or as `nalgebra` points or vectors, in the undeformed box.
     ///
-    /// The parameters are found in `f64` by bracketed Newton, to a residual of at most 1e-14 of the diagonal of the
-    /// box, and then carry the derivatives of the points and of the box by the implicit function theorem.
+    /// The parameters are found in `f64` by bracketed Newton, to a residual along each axis of at most 1e-14 of the size
+    /// of the box plus the round-off of its coordinates, and then carry the derivatives of the points and of the box by the implicit function theorem.
     ///
     /// # Errors
-    /// The first point outside of the box. Where derivatives are wanted, the first point at which the box has a singular
+    /// The first point outside of the box, or in a part of it that is singular. Where derivatives are wanted, the first point at which the box has a singular
     /// Jacobian, so that its parameters have no derivatives.
     pub fn embed(&self, points: &[impl Into<[S; D]> + Copy]) -> Result<Embedding<S, D>, FfdError> {
         let real_points = self.control_points().iter().map(|p| p.map(|c| c.re())).collect::<Vec<_>>();
         let real: FfdBox<f64, D> = self.with_control_points(real_points)?;
-        let inversion = Inversion::new(&real);
+        let inversion = Inversion::new(&real)?;
         let mut parameters = Vec::with_capacity(points.len());
         let mut map = LinearMap::new(self.control_points().len());
         for (index, &point) in points.iter().enumerate() {
             let point: [S; D] = point.into();
             let target = point.map(|c| c.re());
-            let found = inversion.solve(target);
-            let found = found.ok_or_else(|| FfdError::Outside { index, point: target.to_vec() })?;
+            let found = match inversion.solve(target) {
+                Found::Inside(found) => found,
+                Found::Outside => return Err(FfdError::Outside { index, point: target.to_vec() }),
+                Found::Lost => return Err(FfdError::Singular { index, point: target.to_vec() }),
+            };
             let residual = |u: [S; D]| {
                 let value = self.evaluate(u);
                 std::array::from_fn(|d| value[d] - point[d])

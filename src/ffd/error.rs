@@ -13,8 +13,20 @@ pub enum FfdError {
         /// The mistake in degree or number of control points.
         source: SplineError,
     },
-    /// A range is empty, reversed or not finite.
-    #[error("box direction {axis} (0 = x) has the range [{first}, {last}]: it must be finite and increase")]
+    /// The degree of one direction is too high.
+    #[error("box direction {axis} (0 = x) has degree {degree}; at most {most}")]
+    Degree {
+        /// Number of the direction, 0 for x.
+        axis: usize,
+        /// Degree that was asked for.
+        degree: usize,
+        /// Highest degree.
+        most: usize,
+    },
+    /// A range is empty, reversed, not finite or beyond 1e100.
+    #[error(
+        "box direction {axis} (0 = x) has the range [{first:e}, {last:e}]: it must increase and stay within ±1e100"
+    )]
     Range {
         /// Number of the direction, 0 for x.
         axis: usize,
@@ -43,6 +55,26 @@ pub enum FfdError {
         index: usize,
         /// Coordinates of the point.
         point: Vec<f64>,
+    },
+    /// A point lies where the box is so nearly flat that its parameters are not determined.
+    #[error(
+        "the parameters of point {index} at {point:?} are not determined: the box is nearly flat there; move its control points apart"
+    )]
+    Singular {
+        /// Position in the list of points.
+        index: usize,
+        /// Coordinates of the point.
+        point: Vec<f64>,
+    },
+    /// A control point lies so far away that areas would overflow.
+    #[error("box control point {index} is at {point:?}: coordinates must not exceed {most:e} in magnitude")]
+    TooLarge {
+        /// Position in the list of control points.
+        index: usize,
+        /// Coordinates of the control point.
+        point: Vec<f64>,
+        /// Largest magnitude of a coordinate.
+        most: f64,
     },
     /// The parameters of an embedded point have no derivatives, because the Jacobian of the box is singular there.
     #[error(

@@ -3,9 +3,12 @@
 //! Each cell of the box is one polynomial patch. Newton's method runs on the polynomial of a cell, which continues
 //! smoothly beyond it, so that it cannot hop between cells (as it does on linear boxes). Cells, and after a failure
 //! parts of cells, are discarded when the point lies outside of the bounding box of their Bézier control points; what
-//! is left is halved until Newton converges inside its bracket.
+//! is left is halved until Newton converges inside its bracket, or until the work is out of all proportion.
+//!
+//! All of this runs in coordinates of its own, in which the box is about as large as one and near the origin, whatever
+//! its size and place: nothing overflows, and a margin means as much along the short side of a box as along the long one.
 
-use super::{BoxEvaluator, FfdBox};
+use super::{BoxEvaluator, FfdBox, FfdError};
 use crate::spline::{blossom, for_each_index, halve};
 use nalgebra::{SMatrix, SVector};
 use std::iter::repeat_n;
@@ -14,8 +17,13 @@ use std::iter::repeat_n;
 const STEPS: usize = 16;
 /// Halvings of a cell before giving up; 2⁻⁵⁰ of a cell is round-off.
 const DEPTH: usize = 50;
-/// Residual, relative to the diagonal of the box, at which a point counts as inside.
+/// Parts of cells looked at before giving up. A point needs some hundreds where the box is nearly singular; without
+/// this bound a box that is singular along a line would be halved without end.
+const PARTS: usize = 20_000;
+/// Residual, relative to the size of the box along each axis, at which a point counts as inside.
 const TOLERANCE: f64 = 1e-14;
+/// Round-off of the coordinates of points and box, relative to the largest of them.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// How far beyond its cell, in cells, Newton may end: a point on a boundary may fall on either side.
 const MARGIN: f64 = 1e-9;
 
@@ -23,11 +31,27 @@ const MARGIN: f64 = 1e-9;
 type Span = (usize, f64, f64);
 
 /// A box prepared for finding the parameters of points.
-pub(super) struct Inversion<'a, const D: usize> {
-    lattice: &'a FfdBox<f64, D>,
+pub(super) struct Inversion<const D: usize> {
+    /// The box in coordinates of its own.
+    lattice: FfdBox<f64, D>,
     evaluator: BoxEvaluator<f64, D>,
     cells: Vec<Patch<D>>,
-    diagonal: f64,
+    origin: [f64; D],
+    /// Powers of two, so that nothing is rounded.
+    unit: [f64; D],
+    /// Residual along each axis at which a point counts as inside.
+    margin: [f64; D],
+}
+
+/// The outcome of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Found<const D: usize> {
+    /// The parameters of the point, to round-off.
+    Inside([f64; D]),
+    /// The point is not in the box.
+    Outside,
+    /// The search has been given up.
+    Lost,
 }
 
 /// A cell, or part of one, by its Bézier control points.
@@ -42,48 +66,63 @@ struct Patch<const D: usize> {
     bounds: ([f64; D], [f64; D]),
 }
 
-impl<'a, const D: usize> Inversion<'a, D> {
-    pub fn new(lattice: &'a FfdBox<f64, D>) -> Self {
-        let evaluator = BoxEvaluator::new(lattice);
+impl<const D: usize> Inversion<D> {
+    /// # Errors
+    /// None that a box that has been built can give.
+    pub fn new(lattice: &FfdBox<f64, D>) -> Result<Self, FfdError> {
         let (low, high) = bounds(lattice.control_points());
-        let diagonal = (0..D).map(|d| (high[d] - low[d]).powi(2)).sum::<f64>().sqrt();
+        let size: [f64; D] = std::array::from_fn(|d| high[d] - low[d]);
+        let reach: [f64; D] = std::array::from_fn(|d| low[d].abs().max(high[d].abs()));
+        let unit = size.map(|size| size.log2().floor().exp2());
+        // a box about the origin stays where it is, so that nothing is rounded there
+        let origin: [f64; D] = std::array::from_fn(|d| if reach[d] > 8.0 * size[d] { low[d] } else { 0.0 });
+        let margin = std::array::from_fn(|d| (TOLERANCE * size[d] + ROUND_OFF * reach[d]) / unit[d]);
+        let own = |p: &[f64; D]| std::array::from_fn(|d| (p[d] - origin[d]) / unit[d]);
+        let lattice: FfdBox<f64, D> =
+            lattice.with_control_points(lattice.control_points().iter().map(own).collect::<Vec<[f64; D]>>())?;
+        let evaluator = BoxEvaluator::new(&lattice);
         let spans: [Vec<Span>; D] = std::array::from_fn(|k| lattice.spline().axes()[k].spans().collect());
         let counts: [usize; D] = std::array::from_fn(|k| spans[k].len());
         let cells = (0..counts.iter().product())
             .map(|index| {
                 let cell = FfdBox::<f64, D>::unravel(counts, index);
-                let net = bezier_net(lattice, std::array::from_fn(|k| spans[k][cell[k]]));
+                let net = bezier_net(&lattice, std::array::from_fn(|k| spans[k][cell[k]]));
                 Patch::new(cell, net, [-0.5; D], [0.5; D])
             })
             .collect();
-        Self { lattice, evaluator, cells, diagonal }
+        Ok(Self { lattice, evaluator, cells, origin, unit, margin })
     }
 
-    /// The parameters of a point, to round-off; `None` where the point is not in the box.
-    pub fn solve(&self, point: [f64; D]) -> Option<[f64; D]> {
+    /// Looks for the parameters of a point.
+    pub fn solve(&self, point: [f64; D]) -> Found<D> {
+        let point = std::array::from_fn(|d| (point[d] - self.origin[d]) / self.unit[d]);
         let degrees = self.lattice.degrees();
-        let margin = TOLERANCE * self.diagonal;
         let mut waiting = Vec::new();
-        for patch in self.cells.iter().filter(|p| p.may_contain(point, margin)) {
+        for patch in self.cells.iter().filter(|p| p.may_contain(point, self.margin)) {
             match self.newton(patch, point) {
-                Some(u) => return Some(u),
+                Some(u) => return Found::Inside(u),
                 None => waiting.push((patch.clone(), 0)),
             }
         }
+        let mut parts = 0;
         while let Some((patch, depth)) = waiting.pop() {
             if depth >= DEPTH {
                 continue;
             }
             for half in patch.halves(degrees) {
-                if half.may_contain(point, margin) {
+                if half.may_contain(point, self.margin) {
                     if let Some(u) = self.newton(&half, point) {
-                        return Some(u);
+                        return Found::Inside(u);
                     }
                     waiting.push((half, depth + 1));
                 }
             }
+            parts += 1;
+            if parts > PARTS {
+                return Found::Lost;
+            }
         }
-        None
+        Found::Outside
     }
 
     /// Newton on the polynomial of the patch's cell, from the middle of the bracket.
@@ -121,15 +160,16 @@ impl<'a, const D: usize> Inversion<'a, D> {
         for _ in 0..4 {
             let (value, jacobian) = self.lattice.spline().point_and_jacobian(u);
             let residual: [f64; D] = std::array::from_fn(|d| value[d] - point[d]);
-            let size = residual.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
-            if size >= smallest {
+            let size = (0..D).fold(0.0, |m: f64, d| m.max(residual[d].abs() / self.margin[d]));
+            // written so that NaN ends it
+            if !(size < smallest) {
                 break;
             }
             (best, smallest) = (u, size);
-            let step = newton_step(jacobian, residual)?;
+            let Some(step) = newton_step(jacobian, residual) else { break };
             u = std::array::from_fn(|k| (u[k] - step[k]).clamp(0.0, 1.0));
         }
-        (smallest <= TOLERANCE * self.diagonal).then_some(best)
+        (smallest <= 1.0).then_some(best)
     }
 }
 
@@ -140,8 +180,8 @@ impl<const D: usize> Patch<D> {
     }
 
     /// Convex hull property: a point outside of the bounding box of the net is not in the patch.
-    fn may_contain(&self, point: [f64; D], margin: f64) -> bool {
-        (0..D).all(|d| self.bounds.0[d] - margin <= point[d] && point[d] <= self.bounds.1[d] + margin)
+    fn may_contain(&self, point: [f64; D], margin: [f64; D]) -> bool {
+        (0..D).all(|d| self.bounds.0[d] - margin[d] <= point[d] && point[d] <= self.bounds.1[d] + margin[d])
     }
 
     /// The patch cut in two across its longest side in parameters (de Casteljau).
@@ -198,14 +238,15 @@ fn bezier_net<const D: usize>(lattice: &FfdBox<f64, D>, spans: [Span; D]) -> Vec
     let orders: [usize; D] = std::array::from_fn(|k| axes[k].degree() + 1);
     for k in 0..D {
         let stride: usize = orders[..k].iter().product();
+        let (span, first, last) = spans[k];
+        let rows: Vec<_> = (0..orders[k])
+            .map(|ends| blossom(&axes[k], span, repeat_n(last, ends).chain(repeat_n(first, orders[k] - 1 - ends))))
+            .collect();
         for start in (0..net.len()).filter(|i| (i / stride).is_multiple_of(orders[k])) {
             let line: Vec<[f64; D]> = (0..orders[k]).map(|j| net[start + j * stride]).collect();
-            for ends in 0..orders[k] {
-                let (span, first, last) = spans[k];
-                let arguments = repeat_n(last, ends).chain(repeat_n(first, orders[k] - 1 - ends));
-                let weights = blossom(&axes[k], span, arguments);
+            for (ends, weights) in rows.iter().enumerate() {
                 net[start + ends * stride] =
-                    std::array::from_fn(|d| line.iter().zip(&weights).map(|(point, weight)| point[d] * weight).sum());
+                    std::array::from_fn(|d| line.iter().zip(weights).map(|(point, weight)| point[d] * weight).sum());
             }
         }
     }
@@ -236,10 +277,10 @@ mod tests {
     #[test]
     fn bezier_nets_reproduce_the_cells() {
         let lattice = any_box(3, 2, (3, 2), Placement::Even, 0.2);
-        let inversion = Inversion::new(&lattice);
+        let inversion = Inversion::new(&lattice).unwrap();
         for patch in &inversion.cells {
             // corners of the Bézier net are points of the box
-            let at = |s: [f64; 2]| lattice.evaluate(inversion.evaluator.parameters(patch.cell, s));
+            let at = |s: [f64; 2]| inversion.lattice.evaluate(inversion.evaluator.parameters(patch.cell, s));
             let n = patch.net.len();
             for (net, s) in [(0, [-0.5, -0.5]), (3, [0.5, -0.5]), (n - 4, [-0.5, 0.5]), (n - 1, [0.5, 0.5])] {
                 let x = at(s);
@@ -260,10 +301,9 @@ mod tests {
             let lattice = any_box(p, q, extra, if greville { Placement::Greville } else { Placement::Even }, bend);
             // a good share of the points on faces and corners
             let x = lattice.evaluate([u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)]);
-            let inversion = Inversion::new(&lattice);
-            let found = inversion.solve(x);
-            prop_assert!(found.is_some(), "{x:?} not found");
-            let back = lattice.evaluate(found.unwrap());
+            let inversion = Inversion::new(&lattice).unwrap();
+            let Found::Inside(found) = inversion.solve(x) else { panic!("{x:?} not found") };
+            let back = lattice.evaluate(found);
             prop_assert!((back[0] - x[0]).abs() <= 1e-14 && (back[1] - x[1]).abs() <= 1e-14);
         }
 
@@ -271,9 +311,57 @@ mod tests {
         fn outside_is_outside(p in 1usize..=5, extra in 0usize..4, angle in 0.0..std::f64::consts::TAU) {
             let lattice = any_box(p, p, (extra, extra), Placement::Even, 0.0);
             let x = [0.5 + 2.0 * angle.cos(), 2.0 * angle.sin()];
-            prop_assert!(Inversion::new(&lattice).solve(x).is_none());
-            prop_assert!(Inversion::new(&lattice).solve([0.5, 0.15 + 1e-12]).is_none());
+            prop_assert_eq!(Inversion::new(&lattice).unwrap().solve(x), Found::Outside);
+            prop_assert_eq!(Inversion::new(&lattice).unwrap().solve([0.5, 0.15 + 1e-12]), Found::Outside);
         }
+    }
+
+    #[test]
+    fn boxes_of_any_size_and_place_hold_their_faces_and_nothing_beyond() {
+        let sizes = [[1e-9, 3e-9], [1.0, 1.0], [1e12, 1e12], [1e12, 0.3], [1e-6, 1e60], [1e90, 1e-40]];
+        for (size, place) in sizes.into_iter().flat_map(|size| [0.0, -0.5, 1e3, -1e6, 1e9].map(|place| (size, place))) {
+            // each axis at its own distance from the origin
+            let range = |d: usize| [place * size[d], place * size[d] + size[d]];
+            for (count, degree) in [(2, 1), (4, 3), (7, 3)] {
+                let (counts, degrees) = ([count; 2], [degree; 2]);
+                let lattice = FfdBox::rectangular([range(0), range(1)], counts, degrees, Placement::Even).unwrap();
+                let inversion = Inversion::new(&lattice).unwrap();
+                for (s, t) in [(0.0, 0.0), (0.0, 0.3), (0.7, 1.0), (1.0, 1.0), (0.2, 0.9), (1.0, 0.5)] {
+                    let within = |d: usize, t: f64| {
+                        let [first, last] = range(d);
+                        if t == 1.0 { last } else { first + (last - first) * t }
+                    };
+                    let x = [within(0, s), within(1, t)];
+                    let Found::Inside(u) = inversion.solve(x) else { panic!("{x:?} in {:?}", [range(0), range(1)]) };
+                    let back = lattice.evaluate(u);
+                    for d in 0..2 {
+                        let most = 1e-14 * size[d] + 8.0 * f64::EPSILON * range(d)[0].abs().max(range(d)[1].abs());
+                        assert!((back[d] - x[d]).abs() <= most, "{x:?} {back:?}");
+                    }
+                }
+                let beyond = |d: usize| range(d)[1] + size[d] * (1e-12 + 64.0 * f64::EPSILON * place.abs());
+                assert_eq!(inversion.solve([range(0)[0], beyond(1)]), Found::Outside, "{size:?} {place}");
+                assert_eq!(inversion.solve([beyond(0), range(1)[0]]), Found::Outside, "{size:?} {place}");
+                assert_eq!(inversion.solve([f64::NAN, range(1)[0]]), Found::Outside);
+                assert_eq!(inversion.solve([f64::INFINITY, range(1)[0]]), Found::Outside);
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_that_is_flat_to_round_off_ends_the_search() {
+        // rows that differ by less than a margin: every part of the box may hold the points about it
+        let flat = |k: usize| [(k % 4) as f64 / 3.0, 1e-16 * (k / 4) as f64 + 0.1 * ((k % 4) as f64).sin()];
+        let lattice = FfdBox::from_control_points((0..16).map(flat).collect::<Vec<_>>(), [4, 4], [3, 3]).unwrap();
+        let inversion = Inversion::new(&lattice).unwrap();
+        let on = lattice.evaluate([0.4, 0.5]);
+        let begin = std::time::Instant::now();
+        for k in -40..=40 {
+            let found = inversion.solve([on[0], on[1] + 1e-16 * k as f64]);
+            let far = |u: [f64; 2]| (lattice.evaluate(u)[1] - on[1] - 1e-16 * k as f64).abs() > 2e-15;
+            assert!(!matches!(found, Found::Inside(u) if far(u)), "{k} {found:?}");
+        }
+        assert!(begin.elapsed().as_secs_f64() < 20.0);
     }
 
     #[test]
@@ -285,10 +373,11 @@ mod tests {
             .iter()
             .map(|x| [x[0] + 0.1 * x[1] * x[2], x[1] + 0.1 * x[0] * x[0], x[2] - 0.1 * x[0]]);
         let lattice = FfdBox::from_control_points(bent.collect(), [4, 3, 3], [3, 2, 1]).unwrap();
-        let inversion = Inversion::new(&lattice);
+        let inversion = Inversion::new(&lattice).unwrap();
         for u in [[0.1, 0.9, 0.3], [0.0, 0.5, 1.0], [1.0, 1.0, 1.0]] {
             let x = lattice.evaluate(u);
-            let back = lattice.evaluate(inversion.solve(x).unwrap());
+            let Found::Inside(found) = inversion.solve(x) else { panic!("{x:?} not found") };
+            let back = lattice.evaluate(found);
             assert!((0..3).all(|d| (back[d] - x[d]).abs() < 1e-14));
         }
     }

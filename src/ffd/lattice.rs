@@ -5,6 +5,11 @@ use super::simplices::smallest_simplex;
 use crate::scalar::Scalar;
 use crate::spline::{KnotVector, TensorSpline};
 
+/// Highest degree. The work per point goes with the square of it, and beyond some five a box gains nothing.
+const MOST_DEGREE: usize = 50;
+/// Largest magnitude of a coordinate of a control point. Areas, volumes and their squares stay finite.
+const MOST_COORDINATE: f64 = 1e100;
+
 /// Where the control points of a rectangular box stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Placement {
@@ -49,7 +54,8 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
         placement: Placement,
     ) -> Result<Self, FfdError> {
         for (axis, [first, last]) in ranges.map(|range| range.map(|end| end.re())).into_iter().enumerate() {
-            if !(first.is_finite() && last.is_finite() && first < last) {
+            // written so that NaN fails
+            if !(-MOST_COORDINATE <= first && first < last && last <= MOST_COORDINATE) {
                 return Err(FfdError::Range { axis, first, last });
             }
         }
@@ -122,6 +128,9 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     fn from_spline(axes: [KnotVector; D], points: Vec<[S; D]>) -> Result<Self, FfdError> {
         let spline = TensorSpline::new(axes, points).map_err(FfdError::ControlPoints)?;
         let real: Vec<[f64; D]> = spline.control_points().iter().map(|p| p.map(|c| c.re())).collect();
+        if let Some(index) = real.iter().position(|p| p.iter().any(|c| c.abs() > MOST_COORDINATE)) {
+            return Err(FfdError::TooLarge { index, point: real[index].to_vec(), most: MOST_COORDINATE });
+        }
         let (index, measure) = smallest_simplex(&spline.counts(), &real);
         if !(measure > 0.0) {
             let control_point = Self::unravel(spline.counts(), index).to_vec();
@@ -133,6 +142,9 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     fn axes(counts: [usize; D], degrees: [usize; D]) -> Result<[KnotVector; D], FfdError> {
         let mut axes = Vec::with_capacity(D);
         for axis in 0..D {
+            if degrees[axis] > MOST_DEGREE {
+                return Err(FfdError::Degree { axis, degree: degrees[axis], most: MOST_DEGREE });
+            }
             let knots = KnotVector::clamped_uniform(degrees[axis], counts[axis]);
             axes.push(knots.map_err(|source| FfdError::Direction { axis, source })?);
         }

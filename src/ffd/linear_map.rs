@@ -58,7 +58,27 @@ impl<S: Scalar> LinearMap<S> {
         }
     }
 
-    /// The transposed map: `inputs[column] += Σ weight · outputs[r]`, which carries gradients back.
+    /// The transposed map, whose inputs are the outputs of this one; entries of each row stand in ascending order.
+    pub fn transposed(&self) -> Self {
+        let mut starts = vec![0; self.inputs + 1];
+        for &column in &self.columns {
+            starts[column + 1] += 1;
+        }
+        for column in 0..self.inputs {
+            starts[column + 1] += starts[column];
+        }
+        let mut next = starts.clone();
+        let (mut columns, mut weights) = (vec![0; self.columns.len()], self.weights.clone());
+        for row in 0..self.outputs() {
+            for (column, weight) in self.row(row) {
+                (columns[next[column]], weights[next[column]]) = (row, weight);
+                next[column] += 1;
+            }
+        }
+        Self { starts, columns, weights, inputs: self.outputs() }
+    }
+
+    /// The transposed map applied: `inputs[column] += Σ weight · outputs[r]`, which carries gradients back.
     pub fn add_transposed_to<const D: usize>(&self, outputs: &[[S; D]], inputs: &mut [[S; D]]) {
         for (row, output) in outputs.iter().enumerate() {
             for (column, weight) in self.row(row) {
@@ -105,5 +125,11 @@ mod tests {
             a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum::<f64>()
         };
         assert!((dot(&ax, &y) - dot(&x, &aty)).abs() < 1e-15);
+        // the transposed map does by rows what the map does by columns
+        let mut again = [[0.0; 2]; 3];
+        map.transposed().add_to(&y, &mut again);
+        assert_eq!(again, aty);
+        assert_eq!(map.transposed().transposed().row(0).collect::<Vec<_>>(), [(0, 1.0), (2, -2.0)]);
+        assert_eq!((map.transposed().inputs(), map.transposed().outputs()), (4, 3));
     }
 }

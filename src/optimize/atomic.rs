@@ -5,6 +5,32 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
+/// How the names of temporary files begin.
+const PREFIX: &str = ".aeroform-";
+
+/// Removes temporary files from `directory` that processes left which were killed, and no others: the writer of a
+/// temporary file holds a lock on it, which ends with the writer.
+pub(crate) fn sweep(directory: &Path) {
+    let Ok(entries) = std::fs::read_dir(directory) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let ours = name.to_str().and_then(|name| name.strip_prefix(PREFIX)).is_some_and(is_random);
+        if !ours || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            continue;
+        }
+        let abandoned = File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
+        if abandoned {
+            // one that cannot be removed is in nobody's way
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether this is the random part of the name of a temporary file.
+fn is_random(text: &str) -> bool {
+    text.len() == 6 && text.chars().all(|c| c.is_ascii_alphanumeric())
+}
+
 /// The directory a file stands in.
 pub(crate) fn directory(path: &Path) -> &Path {
     match path.parent() {
@@ -19,11 +45,13 @@ pub(crate) fn stage(
     content: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
-    builder.prefix(".aeroform-");
+    builder.prefix(PREFIX);
     // temporary files are private by default; what they become is an ordinary file
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let file = builder.tempfile_in(directory(path))?;
+    // tells that its writer lives; where the system cannot lock, nothing is swept either
+    let _ = file.as_file().try_lock();
     let mut writer = BufWriter::new(file.as_file());
     content(&mut writer)?;
     writer.flush()?;
@@ -40,4 +68,27 @@ pub(crate) fn commit(file: NamedTempFile, path: &Path) -> io::Result<()> {
         let _ = directory.sync_all();
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_abandoned_files_of_ours_are_swept() {
+        let folder = tempfile::tempdir().unwrap();
+        let live = stage(&folder.path().join("result"), |file| file.write_all(b"half")).unwrap();
+        let (_, left) = stage(&folder.path().join("result"), |file| file.write_all(b"half")).unwrap().keep().unwrap();
+        let others = [".aeroform-note-1", ".aeroform-abc", "aeroform-abcdef", ".aeroform.lock"];
+        others.iter().for_each(|name| std::fs::write(folder.path().join(name), "").unwrap());
+        std::fs::create_dir(folder.path().join(".aeroform-folder")).unwrap();
+        assert!(left.exists());
+        sweep(folder.path());
+        assert!(!left.exists() && live.path().exists());
+        assert!(others.iter().all(|name| folder.path().join(name).exists()));
+        assert!(folder.path().join(".aeroform-folder").exists());
+        // what lives can still take its name
+        commit(live, &folder.path().join("result")).unwrap();
+        assert_eq!(std::fs::read(folder.path().join("result")).unwrap(), b"half");
+    }
 }

@@ -1,7 +1,9 @@
 //! The file a run can be resumed from.
 
 use super::atomic;
+use super::identity::Identity;
 use super::journal::{Answer, Journal, Record};
+use super::limited::read_limited;
 use crate::design::{AnalysisFailure, Evaluation};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
@@ -15,8 +17,8 @@ use std::path::{Path, PathBuf};
 /// NaN loses its payload).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checkpoint {
-    /// Identifies the case with all that its evaluations and the optimiser's path depend on; compared as text.
-    pub case: String,
+    /// All that the evaluations of the run and the optimiser's path depend on.
+    pub identity: Identity,
     /// The evaluations of the run so far.
     pub journal: Journal,
 }
@@ -65,41 +67,43 @@ pub enum CheckpointError {
         /// Format that this program reads.
         expected: u64,
     },
-    /// The file belongs to another case.
-    #[error("the checkpoint {} belongs to another case or other settings; choose another output directory or start anew", path.display())]
+    /// The file belongs to another run.
+    #[error("the checkpoint {} belongs to another run: {}; choose another output directory or start anew", path.display(), changes.join("; "))]
     ForeignCase {
         /// Path of the file.
         path: PathBuf,
-        /// The case it belongs to.
-        found: String,
-        /// The case asked for.
-        expected: String,
+        /// The ways in which that run differs from the one asked for, in words.
+        changes: Vec<String>,
     },
 }
 
 impl Checkpoint {
-    /// The format that is written and read.
-    pub const FORMAT: u64 = 1;
+    /// Largest file that is read, in bytes. A run of 1000 evaluations of 20 000 variables stays below it.
+    const MOST_BYTES: u64 = 4 << 30;
 
-    /// Writes a checkpoint of `case` to `path`, atomically: a crash leaves the old file or the new one.
+    /// The format that is written and read.
+    pub const FORMAT: u64 = 2;
+
+    /// Writes a checkpoint of the run `identity` to `path`, atomically: a crash leaves the old file or the new one.
     ///
     /// # Errors
     /// [`CheckpointError::Write`].
-    pub fn save(path: &Path, case: &str, journal: &Journal) -> Result<(), CheckpointError> {
+    pub fn save(path: &Path, identity: impl Into<Identity>, journal: &Journal) -> Result<(), CheckpointError> {
         let records = journal.records.iter().map(StoredRecord::from).collect();
-        let stored = Stored { aeroform_checkpoint: Self::FORMAT, case: case.to_owned(), records };
+        let stored = Stored { aeroform_checkpoint: Self::FORMAT, identity: identity.into(), records };
         atomic::stage(path, |file| serde_json::to_writer(file, &stored).map_err(io::Error::from))
             .and_then(|file| atomic::commit(file, path))
             .map_err(|source| CheckpointError::Write { path: path.to_owned(), source })
     }
 
-    /// Reads the checkpoint of `case` at `path`.
+    /// Reads the checkpoint of the run `identity` at `path`.
     ///
     /// # Errors
     /// Everything but [`CheckpointError::Write`].
-    pub fn load(path: &Path, case: &str) -> Result<Self, CheckpointError> {
+    pub fn load(path: &Path, identity: impl Into<Identity>) -> Result<Self, CheckpointError> {
         let owned = || path.to_owned();
-        let text = std::fs::read(path).map_err(|source| CheckpointError::Read { path: owned(), source })?;
+        let text =
+            read_limited(path, Self::MOST_BYTES).map_err(|source| CheckpointError::Read { path: owned(), source })?;
         let malformed = |error: serde_json::Error| {
             // JSON cut inside of a number is a syntax error, not an early end
             let cut = text.starts_with(b"{") && !text.trim_ascii_end().ends_with(b"}");
@@ -114,15 +118,16 @@ impl Checkpoint {
             let found = header.aeroform_checkpoint;
             return Err(CheckpointError::Version { path: owned(), found, expected: Self::FORMAT });
         }
-        if header.case != case {
-            let expected = case.to_owned();
-            return Err(CheckpointError::ForeignCase { path: owned(), found: header.case, expected });
+        let owner: Owner = serde_json::from_slice(&text).map_err(malformed)?;
+        let changes = owner.identity.changes(&identity.into());
+        if !changes.is_empty() {
+            return Err(CheckpointError::ForeignCase { path: owned(), changes });
         }
         let stored: Stored = serde_json::from_slice(&text).map_err(malformed)?;
         let records = stored.records.into_iter().map(Record::try_from).collect::<Result<_, _>>();
         let records =
             records.map_err(|reason: &str| CheckpointError::Malformed { path: owned(), reason: reason.into() })?;
-        Ok(Self { case: stored.case, journal: Journal { records } })
+        Ok(Self { identity: stored.identity, journal: Journal { records } })
     }
 }
 
@@ -130,15 +135,19 @@ impl Checkpoint {
 #[derive(Deserialize)]
 struct Header {
     aeroform_checkpoint: u64,
-    #[serde(default)]
-    case: String,
+}
+
+/// The part that tells whose checkpoint it is.
+#[derive(Deserialize)]
+struct Owner {
+    identity: Identity,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stored {
     aeroform_checkpoint: u64,
-    case: String,
+    identity: Identity,
     records: Vec<StoredRecord>,
 }
 
@@ -339,20 +348,23 @@ mod tests {
     fn foreign_files_are_errors() {
         let (folder, path) = saved();
         let error = Checkpoint::load(&path, "yours").unwrap_err();
-        assert!(matches!(&error, CheckpointError::ForeignCase { found, .. } if found == "mine"), "{error}");
+        assert!(
+            matches!(&error, CheckpointError::ForeignCase { changes, .. } if *changes == ["run was mine, is yours"]),
+            "{error}"
+        );
         assert!(matches!(Checkpoint::load(&folder.path().join("none"), "mine"), Err(CheckpointError::Read { .. })));
         let attempt = |text: &str| {
             std::fs::write(&path, text).unwrap();
             Checkpoint::load(&path, "mine").unwrap_err()
         };
-        let later = r#"{"aeroform_checkpoint":2,"case":"mine","something":{"new":[1]}}"#;
-        assert!(matches!(attempt(later), CheckpointError::Version { found: 2, expected: 1, .. }));
+        let later = r#"{"aeroform_checkpoint":3,"identity":"of another kind","something":{"new":[1]}}"#;
+        assert!(matches!(attempt(later), CheckpointError::Version { found: 3, expected: 2, .. }));
         for text in [
             "not JSON",
             r#"{"objective":1}"#,
-            r#"{"aeroform_checkpoint":1,"case":"mine","records":[{"x":[1,"what"],"evaluation_failed":""}]}"#,
-            r#"{"aeroform_checkpoint":1,"case":"mine","records":[{"x":[1,2],"hessian":[1,2]}]}"#,
-            r#"{"aeroform_checkpoint":1,"case":"mine","records":[{"x":[1]}]}"#,
+            r#"{"aeroform_checkpoint":2,"identity":[["run","mine"]],"records":[{"x":[1,"what"],"evaluation_failed":""}]}"#,
+            r#"{"aeroform_checkpoint":2,"identity":[["run","mine"]],"records":[{"x":[1,2],"hessian":[1,2]}]}"#,
+            r#"{"aeroform_checkpoint":2,"identity":[["run","mine"]],"records":[{"x":[1]}]}"#,
         ] {
             let error = attempt(text);
             assert!(matches!(error, CheckpointError::Malformed { .. }), "{text}: {error}");

@@ -1,6 +1,7 @@
 //! Every evaluation recorded, and served again when a run resumes.
 
 use super::checkpoint::{Checkpoint, CheckpointError};
+use super::identity::Identity;
 use super::journal::{Answer, Journal, Record};
 use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
@@ -44,9 +45,11 @@ pub struct Journaled<P> {
 #[derive(Debug)]
 struct Saver {
     path: PathBuf,
-    case: String,
+    identity: Identity,
     interval: Duration,
     saved: Instant,
+    /// How long the last save took.
+    took: Duration,
     error: Option<CheckpointError>,
 }
 
@@ -62,12 +65,19 @@ impl<P: Problem> Journaled<P> {
         Self { inner, journal, replayed: 0, recorded, divergence: None, saver: None }
     }
 
-    /// Saves a [`Checkpoint`] of `case` to `path` after an evaluation, but not more often than every `interval`.
+    /// Saves a [`Checkpoint`] of the run `identity` to `path` after an evaluation, but not more often than every
+    /// `interval`, and so that saving a large one takes at most about a tenth of the time of the run. An interval of
+    /// zero saves after every evaluation.
     ///
     /// A checkpoint that cannot be saved does not end the run: see [`checkpoint_error`](Self::checkpoint_error).
-    pub fn with_checkpoints(mut self, path: impl Into<PathBuf>, case: impl Into<String>, interval: Duration) -> Self {
-        let saved = Instant::now();
-        self.saver = Some(Saver { path: path.into(), case: case.into(), interval, saved, error: None });
+    pub fn with_checkpoints(
+        mut self,
+        path: impl Into<PathBuf>,
+        identity: impl Into<Identity>,
+        interval: Duration,
+    ) -> Self {
+        let (saved, took) = (Instant::now(), Duration::ZERO);
+        self.saver = Some(Saver { path: path.into(), identity: identity.into(), interval, saved, took, error: None });
         self
     }
 
@@ -97,9 +107,12 @@ impl<P: Problem> Journaled<P> {
     /// The file cannot be written.
     pub fn save(&mut self) -> Result<(), CheckpointError> {
         let Some(saver) = &mut self.saver else { return Ok(()) };
+        let begin = Instant::now();
+        let result = Checkpoint::save(&saver.path, &saver.identity, &self.journal);
         // a failed attempt waits for the next interval too
         saver.saved = Instant::now();
-        Checkpoint::save(&saver.path, &saver.case, &self.journal)
+        saver.took = begin.elapsed();
+        result
     }
 
     /// The wrapped problem and the journal.
@@ -126,7 +139,8 @@ impl<P: Problem> Journaled<P> {
 
     fn record(&mut self, x: &[f64], answer: Answer) {
         self.journal.records.push(Record { x: x.to_vec(), answer });
-        if self.saver.as_ref().is_some_and(|s| s.saved.elapsed() >= s.interval) {
+        let due = |s: &Saver| s.interval.is_zero() || s.saved.elapsed() >= s.interval.max(10 * s.took);
+        if self.saver.as_ref().is_some_and(due) {
             let result = self.save();
             if let (Err(error), Some(saver)) = (result, &mut self.saver) {
                 saver.error.get_or_insert(error);

@@ -1,7 +1,7 @@
 //! Directories for results, and files written whole or not at all.
 
 use crate::optimize::atomic;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -19,6 +19,15 @@ use tempfile::NamedTempFile;
 pub struct OutputDirectory {
     path: PathBuf,
 }
+
+/// The right to be the only run that writes to a directory; it ends when this is dropped, or with the process.
+#[derive(Debug)]
+pub struct DirectoryLock {
+    _file: Option<File>,
+}
+
+/// Name of the file that a run locks. It stays: a file that is removed could be locked by two runs at a time.
+const LOCK: &str = ".aeroform.lock";
 
 /// Results that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +62,12 @@ pub enum OutputError {
         path: PathBuf,
         /// The error of the operating system.
         source: io::Error,
+    },
+    /// Another process is writing its results to the directory.
+    #[error("another run is writing to {}; wait for it or choose another output directory", path.display())]
+    Busy {
+        /// Path of the directory.
+        path: PathBuf,
     },
     /// A file name that leads out of the directory, or nowhere.
     #[error("\"{name}\" is not the name of a file in the output directory")]
@@ -101,6 +116,26 @@ impl OutputDirectory {
             .map_err(|source| OutputError::NotWritable { path: path.to_owned(), source })
     }
 
+    /// Takes the directory for one run, and removes temporary files that killed runs left there.
+    ///
+    /// The lock is one of the operating system on the file `.aeroform.lock`, so that a killed run leaves nothing that
+    /// would have to be cleared away. On file systems without locks nothing is locked.
+    ///
+    /// # Errors
+    /// [`OutputError::Busy`] where another run has it; [`OutputError::NotWritable`].
+    pub fn lock(&self) -> Result<DirectoryLock, OutputError> {
+        let failed = |source| OutputError::NotWritable { path: self.path.clone(), source };
+        let file = File::options().create(true).append(true).open(self.path.join(LOCK)).map_err(failed)?;
+        let file = match file.try_lock() {
+            Ok(()) => Some(file),
+            Err(TryLockError::WouldBlock) => return Err(OutputError::Busy { path: self.path.clone() }),
+            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => None,
+            Err(TryLockError::Error(source)) => return Err(failed(source)),
+        };
+        atomic::sweep(&self.path);
+        Ok(DirectoryLock { _file: file })
+    }
+
     /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.path
@@ -120,17 +155,36 @@ impl OutputDirectory {
     {
         let mut staged = Vec::new();
         for (name, content) in files {
-            let path = self.file(name.as_ref())?;
-            check_target(&path).map_err(|source| OutputError::Write { path: path.clone(), source })?;
-            match atomic::stage(&path, |file| file.write_all(content.as_ref())) {
-                Ok(file) => staged.push((file, path)),
-                Err(source) => return Err(OutputError::Write { path, source }),
-            }
+            staged.push(self.stage(name.as_ref(), content.as_ref())?);
         }
         for (file, path) in staged {
             atomic::commit(file, &path).map_err(|source| OutputError::Write { path, source })?;
         }
         Ok(())
+    }
+
+    /// Writes files like [`write_all`](Self::write_all), but each for itself: one that cannot be written does not lose
+    /// the others. The result says why, for each that is lost; it is empty where all have been written.
+    pub fn write_each<N, C>(&self, files: impl IntoIterator<Item = (N, C)>) -> Vec<OutputError>
+    where
+        N: AsRef<str>,
+        C: AsRef<[u8]>,
+    {
+        let write = |(name, content): (N, C)| {
+            let (file, path) = self.stage(name.as_ref(), content.as_ref())?;
+            atomic::commit(file, &path).map_err(|source| OutputError::Write { path, source })
+        };
+        files.into_iter().map(write).filter_map(Result::err).collect()
+    }
+
+    /// Puts a content on the disk, to be renamed to `name`.
+    fn stage(&self, name: &str, content: &[u8]) -> Result<(NamedTempFile, PathBuf), OutputError> {
+        let path = self.file(name)?;
+        let staged = check_target(&path).and_then(|()| atomic::stage(&path, |file| file.write_all(content)));
+        match staged {
+            Ok(file) => Ok((file, path)),
+            Err(source) => Err(OutputError::Write { path, source }),
+        }
     }
 
     /// The path of the file called `name` in the directory.
@@ -206,6 +260,32 @@ mod tests {
         assert_eq!(fs::read_to_string(folder.path().join("a.csv")).unwrap(), "1");
         output.write_all([("a.csv", "new")]).unwrap();
         assert_eq!(fs::read_to_string(folder.path().join("a.csv")).unwrap(), "new");
+    }
+
+    #[test]
+    fn one_file_that_cannot_be_written_does_not_lose_the_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = OutputDirectory::prepare(folder.path()).unwrap();
+        fs::create_dir(folder.path().join("b.csv")).unwrap();
+        let lost = output.write_each([("a.json", "1"), ("b.csv", "2"), ("c.svg", "3")]);
+        assert!(matches!(&lost[..], [OutputError::Write { path, .. }] if path.ends_with("b.csv")), "{lost:?}");
+        assert_eq!(fs::read_to_string(folder.path().join("a.json")).unwrap(), "1");
+        assert_eq!(fs::read_to_string(folder.path().join("c.svg")).unwrap(), "3");
+        assert!(output.write_each([("a.json", "4")]).is_empty());
+    }
+
+    #[test]
+    fn a_directory_is_for_one_run_at_a_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = OutputDirectory::prepare(folder.path()).unwrap();
+        let left = folder.path().join(".aeroform-aBc123");
+        fs::write(&left, "").unwrap();
+        let lock = output.lock().unwrap();
+        assert!(!left.exists());
+        let again = OutputDirectory::prepare(folder.path()).unwrap();
+        assert!(matches!(again.lock(), Err(OutputError::Busy { .. })));
+        drop(lock);
+        assert!(again.lock().is_ok());
     }
 
     #[test]

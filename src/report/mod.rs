@@ -15,5 +15,5 @@ mod files;
 pub mod json;
 mod table;
 
-pub use files::{OutputDirectory, OutputError};
+pub use files::{DirectoryLock, OutputDirectory, OutputError};
 pub use table::{Align, Table, number};

@@ -177,6 +177,14 @@ pub enum MeasureProblem {
     /// The quantity has no isolated extreme inside the chord.
     #[error("it has no isolated extreme")]
     NoExtreme,
+    /// Two extremes tie, or the quantity vanishes everywhere, so that it has a kink and no derivative.
+    #[error(
+        "it has no derivative where two extremes tie or all of it vanishes; use its value at a station, as in {instead}"
+    )]
+    Tied {
+        /// Measure that is smooth and can take its place.
+        instead: &'static str,
+    },
     /// The tangent or curvature vanishes where it is needed.
     #[error("the curve has no direction or curvature there")]
     Singular,

@@ -7,6 +7,9 @@ use crate::differentiate::lift;
 use crate::scalar::Scalar;
 use nalgebra::{DMatrix, DVector, Dyn, QR};
 
+/// Magnitude that coefficients stay below; those of sections are about 0.2.
+const MOST_COEFFICIENT: f64 = 1e3;
+
 /// A Kulfan section (B. M. Kulfan, "Universal Parametric Geometry Representation Method", J. Aircraft 45(1), 2008):
 ///
 /// `y = x^N1 (1 − x)^N2 Σ A_r C(n, r) x^r (1 − x)^(n−r) ± x gap / 2`, each surface with its own coefficients `A`.
@@ -41,14 +44,14 @@ impl<S: Scalar> Kulfan<S> {
     /// A sharp section of round nose and pointed tail (class 0.5, 1) from the coefficients of its surfaces, nose first.
     ///
     /// # Errors
-    /// A surface without coefficients, or a coefficient that is not finite.
+    /// A surface without coefficients, or a coefficient that does not lie between −1000 and 1000.
     pub fn new(upper: Vec<S>, lower: Vec<S>) -> Result<Self, SectionError> {
         for (name, coefficients) in [("upper", &upper), ("lower", &lower)] {
             if coefficients.is_empty() {
                 return Err(SectionError::KulfanKey { key: name.into(), problem: super::KeyProblem::Empty });
             }
             for &value in coefficients {
-                check_range(name, value, f64::NEG_INFINITY, f64::INFINITY)?;
+                check_range(name, value, -MOST_COEFFICIENT, MOST_COEFFICIENT)?;
             }
         }
         let control_points = super::stations::DEFAULT_CONTROL_POINTS;
@@ -363,7 +366,9 @@ mod tests {
     #[test]
     fn bad_coefficients_are_refused() {
         assert!(Kulfan::new(vec![], vec![0.1]).is_err());
-        assert!(Kulfan::new(vec![f64::NAN], vec![0.1]).is_err());
+        for bad in [f64::NAN, f64::INFINITY, 1e160, -1e3] {
+            assert!(Kulfan::new(vec![bad], vec![0.1]).is_err() && Kulfan::new(vec![0.1], vec![bad]).is_err());
+        }
         let kulfan = Kulfan::new(vec![0.1], vec![-0.1]).unwrap();
         assert!(kulfan.clone().with_gap(1.5).is_err());
         assert!(kulfan.clone().with_class([0.0, 1.0]).is_err());

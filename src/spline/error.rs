@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SplineError {
     /// There are fewer control points than the degree needs.
-    #[error("degree {degree} needs at least {} control points, there are {control_points}", degree + 1)]
+    #[error("degree {degree} needs at least {} control points, there are {control_points}", degree.saturating_add(1))]
     TooFewControlPoints {
         /// Degree that was asked for.
         degree: usize,

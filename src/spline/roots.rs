@@ -7,16 +7,19 @@
 /// nothing is visited. The order is not that of the roots. Roots at 0 and 1 themselves may be left out.
 pub(super) fn isolate(coefficients: &[f64], noise: f64, mut visit: impl FnMut(f64, f64, bool)) {
     let mut stack = vec![(0.0, 1.0, coefficients.to_vec())];
+    // as many halvings as all roots need that a polynomial can have; more are the work of round-off
+    let mut halvings = 64 * coefficients.len();
     while let Some((low, high, mut left)) = stack.pop() {
         match sign_changes(&left, noise) {
             0 => {}
             1 => visit(low, high, left.iter().find(|c| c.abs() > noise).is_some_and(|c| *c < 0.0)),
             _ => {
                 let middle = 0.5 * (low + high);
-                if high - low < 1e-13 {
+                if high - low < 1e-13 || halvings == 0 {
                     visit(middle, middle, true);
                     continue;
                 }
+                halvings -= 1;
                 let right = halve(&mut left, |a, b| 0.5 * (a + b));
                 if right[0].abs() <= noise {
                     visit(middle, middle, true);
@@ -139,6 +142,21 @@ mod tests {
         isolate(&product(&[-0.3, 0.7], &[-0.3, 0.7]), 1e-16, |a, b, _| found.push((a, b)));
         assert!(!found.is_empty() && found.iter().all(|(a, b)| (0.5 * (a + b) - 0.3).abs() < 1e-7), "{found:?}");
         isolate(&[1e-20; 6], 1e-16, |_, _, _| panic!("zero has no isolated root"));
+    }
+
+    #[test]
+    fn noise_overflow_and_no_numbers_end() {
+        // a polynomial of nothing but noise, with a noise level far below it
+        let noise: Vec<f64> = (0..40).map(|k| if k % 2 == 0 { 1e-17 } else { -1e-17 }).collect();
+        for coefficients in [noise, vec![f64::MAX, -f64::MAX, f64::MAX, -f64::MAX], vec![f64::NAN, 1.0, f64::NAN, -1.0]]
+        {
+            let mut visits = 0;
+            isolate(&coefficients, 0.0, |low, high, _| {
+                assert!((0.0..=1.0).contains(&low) && (low..=1.0).contains(&high));
+                visits += 1;
+            });
+            assert!(visits < 64 * 40, "{visits}");
+        }
     }
 
     #[test]

@@ -25,7 +25,7 @@ impl DesignProblem {
             match (&self.quantities[q], &tangents) {
                 (Quantity::ShapeError, Some(tangents)) => {
                     if self.error_hessian.is_none() {
-                        self.error_hessian = self.instruments.error()?.hessian(&tangents.section_tangents);
+                        self.error_hessian = self.instruments.error()?.hessian(&tangents.section_tangents(0..n));
                     }
                     match &self.error_hessian {
                         Some(constant) => total += constant * weight,

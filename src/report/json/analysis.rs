@@ -94,6 +94,28 @@ impl AnalysisReport {
         }
     }
 
+    /// The report of a point that has no flow, for the reason given; `alpha` is in degrees.
+    pub fn refused(alpha: f64, mach: f64, reynolds: f64, reason: String) -> Self {
+        let none = None;
+        let coefficients = Coefficients { cl: none, cd: none, cm: none, cp_min: none, transition: [none; 2] };
+        Self {
+            converged: false,
+            status: reason,
+            residual: f64::NAN,
+            iterations: 0,
+            attempts: Vec::new(),
+            alpha,
+            mach,
+            reynolds,
+            coefficients,
+            cd_pressure: none,
+            cd_friction: none,
+            seconds: 0.0,
+            gradients: None,
+            nodes: None,
+        }
+    }
+
     /// The report with derivatives; `nodes` are those of the solution.
     pub fn with_gradients(self, solution: &Solution, nodes: &[[f64; 2]]) -> Self {
         Self { gradients: Some(FlowGradientsReport::new(solution)), nodes: Some(nodes.to_vec()), ..self }

@@ -35,7 +35,12 @@ struct Piece {
     start: f64,
     end: f64,
     points: Vec<[f64; 2]>,
+    /// How often it has been halved.
+    depth: u32,
 }
+
+/// Halvings of a piece; beyond, it is a point even where round-off keeps its ends apart.
+const DEPTH: u32 = 60;
 
 /// How small a part of the size is not looked into any more.
 const RESOLUTION: f64 = 1e-10;
@@ -45,12 +50,13 @@ pub(in crate::section) fn outline_crossing(curve: &BSplineCurve<f64>) -> Option<
     let control = curve.control_points();
     let (first, last) = (control[0], control[control.len() - 1]);
     let end = curve.domain().1;
-    let base = (first != last).then(|| Piece { start: end, end, points: vec![last, first] });
+    let base = (first != last).then(|| Piece { start: end, end, points: vec![last, first], depth: 0 });
     search(curve, base)
 }
 
 fn search(curve: &BSplineCurve<f64>, base: Option<Piece>) -> Option<Crossing> {
-    let mut pieces: Vec<Piece> = curve.pieces().map(|(start, end, points)| Piece { start, end, points }).collect();
+    let mut pieces: Vec<Piece> =
+        curve.pieces().map(|(start, end, points)| Piece { start, end, points, depth: 0 }).collect();
     // so that no two pieces share both ends
     while pieces.len() < 4 {
         pieces = pieces.iter().flat_map(|piece| <[Piece; 2]>::from(piece.halves())).collect();
@@ -58,9 +64,40 @@ fn search(curve: &BSplineCurve<f64>, base: Option<Piece>) -> Option<Crossing> {
     let control = curve.control_points();
     let closed = base.is_some() || control.first() == control.last();
     pieces.extend(base);
-    let size = bounds(control.iter().copied()).iter().fold(0.0f64, |size, side| size.max(side[1] - side[0]));
-    let search = Search { tolerance: RESOLUTION * size, closed };
-    search.within(&pieces)
+    let frame = Frame::of(control);
+    pieces.iter_mut().flat_map(|piece| &mut piece.points).for_each(|point| *point = frame.own(*point));
+    let search = Search { tolerance: RESOLUTION * frame.size, closed };
+    let found = search.within(&pieces)?;
+    Some(Crossing { point: frame.common(found.point), ..found })
+}
+
+/// Coordinates in which the curve is about as large as one and near the origin, so that no product overflows.
+struct Frame {
+    origin: [f64; 2],
+    /// A power of two, so that nothing is rounded.
+    unit: f64,
+    /// Size of the curve in this frame.
+    size: f64,
+}
+
+impl Frame {
+    fn of(points: &[[f64; 2]]) -> Self {
+        let sides = bounds(points.iter().copied());
+        // halved before they are subtracted, for the same reason
+        let half = sides.iter().fold(0.0f64, |half, side| half.max(0.5 * side[1] - 0.5 * side[0]));
+        let unit = if half > 0.0 { half.log2().ceil().exp2().max(1e-300) } else { 1.0 };
+        let far = |side: &[f64; 2]| side[0].abs().max(side[1].abs()) > 16.0 * half;
+        let origin = sides.map(|side| if far(&side) { side[0] } else { 0.0 });
+        Self { origin, unit, size: half / unit * 2.0 }
+    }
+
+    fn own(&self, point: [f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|d| (0.5 * point[d] - 0.5 * self.origin[d]) / (0.5 * self.unit))
+    }
+
+    fn common(&self, point: [f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|d| point[d] * self.unit + self.origin[d])
+    }
 }
 
 struct Search {
@@ -100,9 +137,14 @@ impl Search {
         found
     }
 
+    /// Whether a piece is too small to be looked into.
+    fn is_point(&self, piece: &Piece) -> bool {
+        piece.size() < self.tolerance || piece.depth >= DEPTH
+    }
+
     /// A loop of one piece.
     fn alone(&self, piece: &Piece) -> Option<Crossing> {
-        if within_half_plane(legs(&piece.points)) || piece.size() < self.tolerance {
+        if within_half_plane(legs(&piece.points)) || self.is_point(piece) {
             return None;
         }
         let (a, b) = piece.halves();
@@ -111,7 +153,7 @@ impl Search {
 
     /// A crossing of two pieces, the second of which starts where the first ends.
     fn neighbours(&self, a: &Piece, b: &Piece) -> Option<Crossing> {
-        if within_half_plane(legs(&a.points).chain(legs(&b.points))) || a.size().max(b.size()) < self.tolerance {
+        if within_half_plane(legs(&a.points).chain(legs(&b.points))) || (self.is_point(a) && self.is_point(b)) {
             return None;
         }
         let ((a1, a2), (b1, b2)) = (a.halves(), b.halves());
@@ -128,7 +170,7 @@ impl Search {
         let acute = within_half_plane(upper.iter().chain(&lower).copied());
         // two cones with their tips at the trailing edge that do not overlap
         if (acute && (turns().all(|t| t > 0.0) || turns().all(|t| t < 0.0)))
-            || first.size().max(last.size()) < self.tolerance
+            || (self.is_point(first) && self.is_point(last))
         {
             return None;
         }
@@ -142,14 +184,14 @@ impl Search {
             return None;
         }
         let (sa, sb) = (a.size(), b.size());
-        if sa.max(sb) < self.tolerance {
+        if self.is_point(a) && self.is_point(b) {
             return Some(meeting(a, b, [0.5, 0.5]));
         }
         // straight to round-off: the chords decide
         if a.is_straight() && b.is_straight() {
             return chords_cross(a, b).map(|at| meeting(a, b, at));
         }
-        if sa >= sb {
+        if b.depth >= DEPTH || (sa >= sb && a.depth < DEPTH) {
             let (a1, a2) = a.halves();
             self.apart(&a1, b).or_else(|| self.apart(&a2, b))
         } else {
@@ -175,7 +217,11 @@ impl Piece {
         let mut left = self.points.clone();
         let right = halve(&mut left, middle);
         let at = 0.5 * (self.start + self.end);
-        (Self { start: self.start, end: at, points: left }, Self { start: at, end: self.end, points: right })
+        let depth = self.depth + 1;
+        (
+            Self { start: self.start, end: at, points: left, depth },
+            Self { start: at, end: self.end, points: right, depth },
+        )
     }
 
     /// Whether the control points deviate from the chord by no more than round-off of their coordinates.
@@ -303,6 +349,25 @@ mod tests {
     }
 
     #[test]
+    fn size_and_place_do_not_matter() {
+        let fish = SectionDefinition::parse("kulfan:upper=0.2,0.2,-0.01/lower=-0.2,-0.2,0.01").unwrap();
+        let sound = SectionDefinition::parse("naca2412:sharp").unwrap();
+        for (definition, crosses) in [(fish, true), (sound, false)] {
+            let section = definition.section().unwrap();
+            for (size, place) in [(1e307, 0.0), (1e160, -2.0), (1e-200, 1.0), (1e3, 1e5), (1.0, -1e9)] {
+                let moved = section.curve().control_points().iter().map(|p| p.map(|c| size * (c + place)));
+                let found = section.with_control_points(moved.collect()).unwrap().self_intersection();
+                assert_eq!(found.is_some(), crosses, "{size} {place}");
+                if let Some(crossing) = found {
+                    let at = crossing.point[0] / size - place;
+                    let most = 1e-6 + 100.0 * f64::EPSILON * f64::abs(place);
+                    assert!((at - (0.2f64 / 0.21).sqrt()).abs() < most, "{size} {place} {crossing:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_base_through_the_curve_is_found() {
         // the lower surface ends in front of a bulge of the upper one
         let points = [[1.0, 0.3], [0.6, -0.1], [0.2, 0.3], [0.0, 0.0], [0.2, -0.2], [0.5, -0.2], [0.6, -0.1]];
@@ -351,7 +416,12 @@ mod tests {
                 c.to_bezier()
                     .unwrap()
                     .iter()
-                    .map(|p| Piece { start: p.domain().0, end: p.domain().1, points: p.control_points().to_vec() })
+                    .map(|p| Piece {
+                        start: p.domain().0,
+                        end: p.domain().1,
+                        points: p.control_points().to_vec(),
+                        depth: 0,
+                    })
                     .collect()
             };
             let search = Search { tolerance: 1e-10, closed: false };

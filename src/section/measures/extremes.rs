@@ -8,8 +8,16 @@ use crate::section::{MeasureProblem, Section, SectionError};
 use crate::spline::{BSplineCurve, isolated};
 use nalgebra::{Matrix2, Vector2};
 
-/// Below this camber, in chords, a section counts as symmetric.
+/// Below this camber, in chords, a section has no place of largest camber.
 const NO_CAMBER: f64 = 1e-12;
+/// Below this camber, in chords, the largest camber has no derivative: which station is largest is a matter of round-off.
+const KINK: f64 = 1e-9;
+/// Difference, in chords, below which two extremes tie.
+const TIE: f64 = 1e-12;
+/// Shortfall of a sample, in chords, below the largest one with which an extreme near it may still be the largest.
+const SAMPLING: f64 = 1e-3;
+/// Most samples from which extremes are sought. A plateau has many, all of them equal.
+const MOST_STARTS: usize = 12;
 
 /// Thickness is the difference of the surfaces, camber their mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +39,15 @@ impl Kind {
             Self::Thickness => "thickness",
             Self::Camber => "camber",
         }
+    }
+
+    /// The error of a derivative at a kink.
+    fn tied(self) -> SectionError {
+        let instead = match self {
+            Self::Thickness => "\"thickness at 0.3\"",
+            Self::Camber => "\"camber at 0.4\"",
+        };
+        SectionError::NoMeasure { measure: self.name(), reason: MeasureProblem::Tied { instead } }
     }
 }
 
@@ -64,37 +81,42 @@ impl<S: Scalar> Section<S> {
 
     /// Station (in chords) and value of the largest thickness.
     ///
-    /// Where two maxima tie the station jumps and the value has a kink.
+    /// Where two maxima tie, to 1e-12 chords, the station jumps and the value has a kink.
     ///
     /// # Errors
-    /// No isolated maximum between nose and trailing edge.
+    /// No isolated maximum between nose and trailing edge; [`MeasureProblem::Tied`] where derivatives are wanted and two
+    /// maxima tie.
     pub fn maximum_thickness(&self) -> Result<[S; 2], SectionError> {
         self.extreme(Kind::Thickness)
     }
 
     /// Station (in chords) and value of the camber of largest magnitude.
     ///
-    /// Where two extremes tie the station jumps and the value has a kink.
+    /// Where two extremes tie, to 1e-12 chords, the station jumps and the value has a kink.
     ///
     /// # Errors
-    /// No isolated extreme, in particular a symmetric section; see [`camber`](Self::camber).
+    /// No isolated extreme, in particular a symmetric section; see [`camber`](Self::camber). [`MeasureProblem::Tied`]
+    /// where derivatives are wanted and two extremes tie or the camber is below 1e-9 chords everywhere.
     pub fn maximum_camber(&self) -> Result<[S; 2], SectionError> {
         self.extreme(Kind::Camber)
     }
 
     /// The camber of largest magnitude, with its sign.
     ///
-    /// A section with less than 1e-12 chords of camber everywhere has no place of largest camber; its camber is taken
-    /// at half the chord, with the derivatives of that. (The largest camber has a kink there.)
+    /// A section with less than 1e-12 chords of camber everywhere has no place of largest camber; the value is then that
+    /// at half the chord. There the largest camber has a kink: it grows whichever way a camber line bends, and at another
+    /// station for every bend. So it has no derivative, and none is made up; [`camber_at`](Self::camber_at) is smooth.
     ///
     /// # Errors
-    /// No isolated extreme of a camber that is not zero.
+    /// No isolated extreme of a camber that is not zero; [`MeasureProblem::Tied`] where derivatives are wanted and two
+    /// extremes tie or the camber is below 1e-9 chords everywhere.
     pub fn camber(&self) -> Result<S, SectionError> {
         let real = self.real();
         let frame = real.chord_frame()?;
         let samples = Samples::new(real.curve(), &frame, real.nose_parameter());
         match samples.best(real.curve(), &frame, Kind::Camber) {
             Some((_, value)) if value.abs() > NO_CAMBER * frame.chord => Ok(self.maximum_camber()?[1]),
+            _ if S::NDERIV > 0 => Err(Kind::Camber.tied()),
             _ => self.camber_at(0.5),
         }
     }
@@ -126,19 +148,34 @@ impl<S: Scalar> Section<S> {
         let real_frame = frame.real();
         let real = self.curve().real();
         let samples = Samples::new(&real, &real_frame, self.nose_parameter());
-        let (start, value) = samples.best(&real, &real_frame, kind).ok_or(missing.clone())?;
-        if kind == Kind::Camber && value.abs() <= NO_CAMBER * real_frame.chord {
-            return Err(missing);
+        let mut extremes = samples.extremes(&real, &real_frame, kind);
+        // the first of equal ones, from the nose
+        extremes.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()));
+        let best = extremes.first().ok_or(missing.clone())?;
+        let (size, chord) = (best.value.abs(), real_frame.chord);
+        if kind == Kind::Camber && size <= NO_CAMBER * chord {
+            return Err(if S::NDERIV > 0 { kind.tied() } else { missing });
         }
-        let solve = |start| solve_extreme(&real, &real_frame, kind, start, value);
-        let narrowed = || samples.narrowed(&real, &real_frame, kind, start).and_then(solve);
-        let (u, jacobian) = solve(start).or_else(narrowed).ok_or(missing.clone())?;
+        let other = |e: &Extreme| (e.u[0] - best.u[0]).abs() > 1e-6 && size - e.value.abs() <= TIE * chord;
+        if S::NDERIV > 0 && (extremes.iter().any(other) || kind == Kind::Camber && size <= KINK * chord) {
+            return Err(kind.tied());
+        }
+        let (u, jacobian) = (best.u, best.jacobian);
         let at = |u: S| frame.on(self.curve().point_and_tangent(u));
         let lifted = lift_roots(u, || jacobian, |[upper, lower]| stationarity(at(upper), at(lower), kind));
         let lifted = lifted.map_err(|_| missing)?;
         let (upper, lower) = (at(lifted[0]).0, at(lifted[1]).0);
         Ok([upper[0] / frame.chord, kind.combine(upper[1], lower[1])])
     }
+}
+
+/// An extreme of thickness or camber.
+struct Extreme {
+    /// Parameters on the upper and the lower surface.
+    u: [f64; 2],
+    value: f64,
+    /// Jacobian of [`stationarity`], by columns.
+    jacobian: [[f64; 2]; 2],
 }
 
 /// Both surfaces at a dense set of parameters, nose first: `(u, station, ordinate)` in the chord frame.
@@ -161,9 +198,9 @@ impl Samples {
         Self { upper, lower }
     }
 
-    /// Parameters on the two surfaces and value of the upper sample where it is largest in magnitude.
-    fn best(&self, curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, kind: Kind) -> Option<([f64; 2], f64)> {
-        let mut best: Option<([f64; 2], f64)> = None;
+    /// Parameters on the two surfaces and value at every upper sample that has a point of the lower surface below it.
+    fn values(&self, curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, kind: Kind) -> Vec<([f64; 2], f64)> {
+        let mut values = Vec::with_capacity(self.upper.len());
         let mut segment = 0;
         for &[u, x, y] in &self.upper[1..] {
             // both surfaces advance from the nose, as a rule monotonically
@@ -171,12 +208,37 @@ impl Samples {
                 segment += 1;
             }
             let Some((opposite, ordinate)) = self.opposite(curve, frame, segment, u, x) else { continue };
-            let value = kind.combine(y, ordinate);
-            if best.is_none_or(|(_, other)| value.abs() > other.abs()) {
-                best = Some(([u, opposite], value));
-            }
+            values.push(([u, opposite], kind.combine(y, ordinate)));
         }
-        best
+        values
+    }
+
+    /// The sample of largest magnitude.
+    fn best(&self, curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, kind: Kind) -> Option<([f64; 2], f64)> {
+        let larger = |a: ([f64; 2], f64), b: ([f64; 2], f64)| if b.1.abs() > a.1.abs() { b } else { a };
+        self.values(curve, frame, kind).into_iter().reduce(larger)
+    }
+
+    /// The extremes that may be the largest in magnitude, found to round-off from the samples that stand out.
+    fn extremes(&self, curve: &BSplineCurve<f64>, frame: &ChordFrame<f64>, kind: Kind) -> Vec<Extreme> {
+        let values = self.values(curve, frame, kind);
+        let size = |k: usize| values[k].1.abs();
+        let largest = (0..values.len()).map(size).fold(0.0, f64::max);
+        let stands_out = |k: &usize| {
+            let falls_before = *k == 0 || size(*k) > size(k - 1);
+            let falls_after = k + 1 == values.len() || size(*k) >= size(k + 1);
+            falls_before && falls_after && size(*k) >= largest - SAMPLING * frame.chord
+        };
+        let mut starts: Vec<usize> = (0..values.len()).filter(stands_out).collect();
+        starts.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+        let mut found = Vec::new();
+        for k in starts.into_iter().take(MOST_STARTS) {
+            let (start, value) = values[k];
+            let solve = |start| solve_extreme(curve, frame, kind, start, value);
+            let narrowed = || self.narrowed(curve, frame, kind, start).and_then(solve);
+            found.extend(solve(start).or_else(narrowed));
+        }
+        found
     }
 
     /// Parameter and ordinate of the lower point below the upper one at `u`, if it lies in the given segment.
@@ -281,14 +343,14 @@ fn stationarity<S: Scalar>(upper: ([S; 2], [S; 2]), lower: ([S; 2], [S; 2]), kin
     [upper.0[0] - lower.0[0], stationary]
 }
 
-/// Parameters of the extreme and the Jacobian of [`stationarity`] there, by columns, by Newton from a sample.
+/// The extreme near a sample, by Newton.
 fn solve_extreme(
     curve: &BSplineCurve<f64>,
     frame: &ChordFrame<f64>,
     kind: Kind,
     start: [f64; 2],
     sampled: f64,
-) -> Option<([f64; 2], [[f64; 2]; 2])> {
+) -> Option<Extreme> {
     let pair = frame.lifted::<Tangent<2>>();
     let at = |u: Tangent<2>| pair.on(curve.point_and_tangent(u));
     let (first, last) = curve.domain();
@@ -306,7 +368,7 @@ fn solve_extreme(
             // an extreme is no smaller than what was sampled, to round-off
             let kept = value.abs() >= sampled.abs() - 1e-13 * frame.chord && value * sampled > 0.0;
             let inside = first < u[0] && u[0] < u[1] && u[1] < last;
-            return (kept && inside).then_some((u, jacobian));
+            return (kept && inside).then_some(Extreme { u, value, jacobian });
         }
         previous = size;
         for (u, step) in u.iter_mut().zip(step) {

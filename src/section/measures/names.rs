@@ -30,15 +30,16 @@ pub enum Measure {
     SecondMomentXy,
     /// Distance from the nose to the middle of the trailing edge.
     Chord,
-    /// Largest thickness. Continuous only where two maxima tie.
+    /// Largest thickness. It has no derivative where two maxima tie.
     Thickness,
-    /// Station of the largest thickness, in chords; jumps where two maxima tie.
+    /// Station of the largest thickness, in chords; it jumps, and has no derivative, where two maxima tie.
     ThicknessX,
     /// Thickness at a station, in chords.
     ThicknessAt(f64),
-    /// Camber of largest magnitude, with its sign. Continuous only where two extremes tie.
+    /// Camber of largest magnitude, with its sign. It has no derivative where two extremes tie or the section is
+    /// symmetric.
     Camber,
-    /// Station of the camber of largest magnitude, in chords; jumps where two extremes tie.
+    /// Station of the camber of largest magnitude, in chords; it jumps, and has no derivative, where two extremes tie.
     CamberX,
     /// Camber at a station, in chords.
     CamberAt(f64),

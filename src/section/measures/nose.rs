@@ -11,6 +11,10 @@ use crate::spline::{BSplineCurve, distance_slope, foot, isolated};
 const NO_LEADING_EDGE: SectionError =
     SectionError::NoMeasure { measure: "leading edge", reason: MeasureProblem::NoExtreme };
 
+/// Two curve points are equally far from the trailing edge.
+const TIED: SectionError =
+    SectionError::NoMeasure { measure: "leading edge", reason: MeasureProblem::Tied { instead: "\"chord\"" } };
+
 impl<S: Scalar> Section<S> {
     /// Radius of curvature at the nose parameter: positive where the outline is convex there.
     ///
@@ -29,14 +33,18 @@ impl<S: Scalar> Section<S> {
 
     /// Parameter of the leading edge: the curve point farthest from the middle of the trailing edge.
     ///
-    /// Jumps where two points are equally far.
+    /// It jumps where two points are equally far, to 1e-12 chords.
     ///
     /// # Errors
-    /// No such point inside the curve, or a curve that is a circle about the trailing edge there.
+    /// No such point inside the curve, or a curve that is a circle about the trailing edge there;
+    /// [`MeasureProblem::Tied`] where derivatives are wanted and two points are equally far.
     pub fn leading_edge_parameter(&self) -> Result<S, SectionError> {
         let tail = self.trailing_edge_middle();
         let real = self.curve().real();
         let u = farthest_parameter(&real, tail.map(|c| c.re()))?;
+        if S::NDERIV > 0 && rivals(&real, tail.map(|c| c.re()), u) {
+            return Err(TIED);
+        }
         let slope = || distance_slope(&real, &tail.map(|c| c.re()), u).1;
         lift_root(u, slope, |u| foot(self.curve().point_and_tangent(u), tail)).map_err(|_| NO_LEADING_EDGE)
     }
@@ -65,4 +73,20 @@ pub(in crate::section) fn farthest_parameter(curve: &BSplineCurve<f64>, tail: [f
     let u = isolated(low, high, false, slope);
     // written so that NaN fails
     if slope(u).1 < 0.0 { Ok(u) } else { Err(NO_LEADING_EDGE) }
+}
+
+/// Whether another point of the curve than that at `best` is as far from `tail`, to 1e-12 of the distance.
+fn rivals(curve: &BSplineCurve<f64>, tail: [f64; 2], best: f64) -> bool {
+    let parameters = dense_parameters(curve);
+    let far = |u: f64| distance(curve.point_at(u), tail);
+    let (distances, most) = (parameters.iter().map(|&u| far(u)).collect::<Vec<_>>(), far(best));
+    (1..parameters.len().saturating_sub(1)).any(|k| {
+        let [before, here, after] = [k - 1, k, k + 1].map(|k| distances[k]);
+        let (low, high) = (parameters[k - 1], parameters[k + 1]);
+        if here < before || here < after || here < most * (1.0 - 1e-3) || (low <= best && best <= high) {
+            return false;
+        }
+        let rival = isolated(low, high, false, |u| distance_slope(curve, &tail, u));
+        far(rival) >= most * (1.0 - 1e-12)
+    })
 }

@@ -375,3 +375,78 @@ proptest! {
         prop_assert_eq!(b.self_intersection().is_some(), a.self_intersection().is_some());
     }
 }
+
+/// A section of thickness 0.12 about the camber line `size x (1 − x) (zero − x)`, over any scalar.
+fn reflexed<S: Scalar>(size: S, zero: S) -> Section<S> {
+    let base = built("naca0012:sharp", 201);
+    let points = base.curve().control_points().iter().map(|&[x, y]| {
+        let line = (zero - x) * size * (x * (1.0 - x));
+        [S::from(x), line + y]
+    });
+    base.with_control_points(points.collect()).unwrap()
+}
+
+#[test]
+fn where_extremes_tie_there_is_a_value_and_no_derivative() {
+    let tied = |measure: Measure, section: &Section<Dual64>| {
+        let error = measure.evaluate(section).unwrap_err();
+        assert!(
+            matches!(error, SectionError::NoMeasure { reason: MeasureProblem::Tied { .. }, .. }),
+            "{measure}: {error}"
+        );
+    };
+    // a symmetric section, and one that is symmetric to round-off
+    for size in [0.0_f64, 1e-14, 1e-11] {
+        assert!(reflexed(size, 0.7).camber().unwrap().abs() < 1e-11);
+        tied(Measure::Camber, &reflexed(Dual64::new(size, 1.0), Dual64::from(0.7)));
+    }
+    // the sign of the larger extreme changes where the two tie
+    let (mut low, mut high) = (0.3f64, 0.7f64);
+    assert!(reflexed(0.5, low).camber().unwrap() < 0.0 && reflexed(0.5, high).camber().unwrap() > 0.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if reflexed(0.5, middle).camber().unwrap() > 0.0 { high = middle } else { low = middle }
+    }
+    let (below, above) = (reflexed(0.5, low).camber().unwrap(), reflexed(0.5, high).camber().unwrap());
+    assert!((below + above).abs() < 1e-12 && above > 0.01, "{below} {above}");
+    for measure in [Measure::Camber, Measure::CamberX] {
+        tied(measure, &reflexed(Dual64::new(0.5, 1.0), Dual64::from(low)));
+        // the derivative is back a little beside the tie
+        assert!(measure.evaluate(&reflexed(Dual64::new(0.5, 1.0), Dual64::from(low + 1e-9))).is_ok());
+    }
+}
+
+#[test]
+fn the_camber_has_its_derivatives_wherever_one_extreme_is_the_largest() {
+    struct OfLine;
+    impl VectorFunction for OfLine {
+        type Error = SectionError;
+        fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, SectionError> {
+            let section = reflexed(x[0], x[1]);
+            let [station, largest] = section.maximum_camber()?;
+            Ok(vec![section.camber()?, station, largest])
+        }
+    }
+    for x in [[0.5, 0.9], [-0.3, 0.75], [0.02, 0.2], [1e-5, 0.9]] {
+        let (values, exact) = jacobian(&OfLine, &x).unwrap();
+        for k in 0..2 {
+            let seeded: Vec<Dual64> = (0..2).map(|i| Dual64::new(x[i], f64::from(u8::from(i == k)))).collect();
+            for (row, value) in OfLine.evaluate(&seeded).unwrap().iter().enumerate() {
+                assert!((value.eps - exact[(row, k)]).abs() <= 1e-12 * exact.row(row).amax().max(1.0));
+                assert_eq!(value.re, values[row]);
+            }
+        }
+        let steps = [StepRange { first: 0.02 * f64::abs(x[0]), levels: 6 }, StepRange { first: 1e-3, levels: 6 }];
+        let checked = finite_difference_jacobian(|x| OfLine.evaluate(x), &x, &steps).unwrap();
+        for (row, k) in (0..3).flat_map(|row| [(row, 0), (row, 1)]) {
+            let (a, e) = (exact[(row, k)], checked[(row, k)]);
+            assert!((a - e.value).abs() <= 10.0 * e.error + 1e-7 * exact.row(row).amax(), "{x:?} {row} {k}: {a} {e:?}");
+        }
+        // the true extreme of many stations
+        let section = reflexed(x[0], x[1]);
+        let most = (1..2000)
+            .map(|i| section.camber_at(i as f64 / 2000.0).unwrap())
+            .fold(0.0f64, |m, c| if c.abs() > m.abs() { c } else { m });
+        assert!((values[0] - most).abs() < 1e-6 && values[0].abs() >= most.abs() - 1e-15, "{x:?} {values:?} {most}");
+    }
+}
