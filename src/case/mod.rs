@@ -51,6 +51,8 @@ pub struct Case {
     pub problem: DesignProblem,
     /// The optimiser with its settings.
     pub method: Method,
+    /// What was mended in the files of the case.
+    repairs: Vec<String>,
     /// Settings of the file, for whichever method is used.
     settings: OptimizerTable,
 }
@@ -93,14 +95,14 @@ impl Case {
             let message = "a name is made of letters, digits, '-', '_' and '.' (it names a folder)";
             return Err(document.error(&["name"], message));
         }
-        let problem = build::design_problem(&document, &table, folder)?;
+        let (problem, repairs) = build::design_problem(&document, &table, folder)?;
         let settings = table.optimizer;
         let method = settings
             .method(settings.method_name(!table.constraints.0.is_empty()))
             .map_err(|e| document.error(&["optimizer", "method"], e.to_string()))?;
         settings.check(&document)?;
         let description = table.description.unwrap_or_default();
-        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, settings })
+        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, repairs, settings })
     }
 
     /// Takes another method, with the settings that the case file gives for whichever method is used.
@@ -112,11 +114,10 @@ impl Case {
         Ok(())
     }
 
-    /// A sentence for everything that was mended in the coordinate files of the case, beginning with the name of the
-    /// section; empty where nothing was.
+    /// A sentence for everything that a user must know of the reading of the coordinate files of the case, the target
+    /// among them, each beginning with the name of the file; empty where there is nothing to say.
     pub fn repairs(&self) -> Vec<String> {
-        let definition = self.problem.geometry().definition();
-        definition.repairs().iter().map(|repair| format!("{}: {repair}", definition.name())).collect()
+        self.repairs.clone()
     }
 
     /// Text that identifies a run for [`Checkpoint`](crate::optimize::Checkpoint): the case file and the method.

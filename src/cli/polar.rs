@@ -43,8 +43,12 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     if let Some(directory) = &directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
         let reliable: Vec<&Solution> = points.iter().map(|(s, _)| s).filter(|s| s.is_reliable()).collect();
-        let title =
-            format!("{}: M {}, Re {:.3e}", arguments.point.name(), arguments.point.mach, arguments.point.reynolds);
+        let title = format!(
+            "{}: M {}, Re {:.3e}",
+            arguments.point.shape.name(),
+            arguments.point.mach,
+            arguments.point.reynolds
+        );
         let files = [
             ("polar.csv", csv(&points)),
             ("polar.svg", figures::drag_polar(&reliable, &title).map_err(|e| failed(&e))?),
@@ -54,7 +58,7 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     }
     if arguments.json {
         let reports = points.iter().map(|(solution, seconds)| AnalysisReport::new(solution, *seconds));
-        print_json(&PolarReport { section: arguments.point.shape.clone(), points: reports.collect() })?;
+        print_json(&PolarReport { section: arguments.point.shape.shape.clone(), points: reports.collect() })?;
     } else {
         print(&table(&points))?;
     }
@@ -102,7 +106,7 @@ fn sweep(
             let warm = solutions.last().map(|(s, _)| s).filter(|s| s.is_reliable());
             let solution = section
                 .analyze(&condition, &Settings::default(), warm)
-                .map_err(|e: FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape)))?;
+                .map_err(|e: FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape.shape)))?;
             solutions.push((solution, begin.elapsed().as_secs_f64()));
         }
         Ok(solutions)

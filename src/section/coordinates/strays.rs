@@ -1,0 +1,126 @@
+//! Points that do not belong to the outline: points of reference before or behind it, and points off the line of all
+//! their neighbours.
+
+use super::listing::Point;
+use super::repair::{Repair, record};
+use crate::plane::{between, distance, dot, minus};
+
+/// Fewest points that make an outline from which others can be told.
+const FEWEST: usize = 8;
+/// A point off the line of its neighbours by this many times what they are off it is wrong, or may be.
+const CERTAIN: f64 = 20.0;
+const SUSPECT: f64 = 8.0;
+/// And by this share of the extent, below which it may be meant.
+const CERTAIN_SHARE: f64 = 0.002;
+const SUSPECT_SHARE: f64 = 0.0008;
+/// Most points that are dropped; a file with more is not understood.
+const MOST_SPIKES: usize = 4;
+
+/// Drops a first or last point far from an outline that is closed without it.
+pub(super) fn drop_strays(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
+    for _ in 0..2 {
+        let n = points.len();
+        if n <= FEWEST {
+            return;
+        }
+        let between = |i: usize, j: usize| distance(points[i].xy, points[j].xy);
+        let closed = |gap: f64| gap < 0.05 * extent;
+        let stray = if closed(between(1, n - 1)) && between(0, 1) > 0.1 * extent && between(0, n - 1) > 0.1 * extent {
+            0
+        } else if closed(between(0, n - 2)) && between(n - 2, n - 1) > 0.1 * extent && between(0, n - 1) > 0.1 * extent
+        {
+            n - 1
+        } else {
+            return;
+        };
+        let point = points.remove(stray);
+        record(repairs, Repair::StrayDropped { count: 1, line: point.line });
+    }
+}
+
+/// Drops points that are certainly off the line of their neighbours.
+pub(super) fn drop_spikes(points: &mut Vec<Point>, extent: f64, step: f64, repairs: &mut Vec<Repair>) {
+    let mut dropped = 0;
+    while dropped < MOST_SPIKES && points.len() > FEWEST {
+        let least = (CERTAIN_SHARE * extent).max(6.0 * step);
+        let Some((index, distance)) = worst_spike(points, least, CERTAIN) else { return };
+        let line = points.remove(index).line;
+        record(repairs, Repair::SpikeDropped { count: 1, line, distance });
+        dropped += 1;
+    }
+}
+
+/// Reports points that may be off the line of their neighbours.
+pub(super) fn report_spikes(points: &[Point], extent: f64, step: f64, repairs: &mut Vec<Repair>) {
+    if points.len() <= FEWEST {
+        return;
+    }
+    let least = (SUSPECT_SHARE * extent).max(6.0 * step);
+    for index in 1..points.len() - 1 {
+        if let Some(distance) = spike(points, index, least, SUSPECT) {
+            record(repairs, Repair::SpikeSuspected { count: 1, line: points[index].line, distance });
+        }
+    }
+}
+
+fn worst_spike(points: &[Point], least: f64, ratio: f64) -> Option<(usize, f64)> {
+    let found = (1..points.len() - 1).filter_map(|i| spike(points, i, least, ratio).map(|distance| (i, distance)));
+    found.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Distance of a point from the curve through its neighbours, if it is at least `least` and `ratio` times the distance
+/// that the neighbours have from such curves without that point.
+fn spike(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> {
+    let all = |i: usize| points[i].xy;
+    let own = off_the_line(points.len(), index, all);
+    // beside an end the neighbours stand on one side
+    let sided = if index == 1 || index + 2 == points.len() { 2.0 } else { 1.0 };
+    // written so that NaN fails
+    if !(own >= sided * least) {
+        return None;
+    }
+    let without = |i: usize| points[i + usize::from(i >= index)].xy;
+    let n = points.len() - 1;
+    let near = index.saturating_sub(2).max(1)..(index + 2).min(n - 1);
+    let others = near.map(|i| off_the_line(n, i, without)).fold(0.0, f64::max);
+    (own > sided * ratio * others).then_some(own)
+}
+
+/// Distance of the point at `index` from the cubic through the four points around it.
+fn off_the_line(count: usize, index: usize, at: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let first = index.saturating_sub(2).min(count - 5);
+    let mut around = [[0.0; 2]; 4];
+    let others = (first..first + 5).filter(|&i| i != index);
+    for (slot, i) in around.iter_mut().zip(others) {
+        *slot = at(i);
+    }
+    let mut t = [0.0; 4];
+    for k in 1..4 {
+        t[k] = t[k - 1] + distance(around[k], around[k - 1]).max(f64::MIN_POSITIVE);
+    }
+    let value = |u: f64| {
+        let weight = |k: usize| (0..4).filter(|&j| j != k).map(|j| (u - t[j]) / (t[k] - t[j])).product::<f64>();
+        let weights = [0, 1, 2, 3].map(weight);
+        [0, 1].map(|d| (0..4).map(|k| weights[k] * around[k][d]).sum::<f64>())
+    };
+    let point = at(index);
+    let mut nearest = f64::INFINITY;
+    const PIECES: usize = 8;
+    for span in t.windows(2) {
+        let mut before = value(span[0]);
+        for piece in 1..=PIECES {
+            let next = value(span[0] + (span[1] - span[0]) * piece as f64 / PIECES as f64);
+            nearest = nearest.min(from_segment(point, before, next));
+            before = next;
+        }
+    }
+    nearest
+}
+
+/// Distance of a point from a straight piece.
+pub(super) fn from_segment(point: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
+    let along = minus(b, a);
+    let squared = dot(along, along);
+    let share = if squared > 0.0 { (dot(minus(point, a), along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    distance(point, between(a, b, share))
+}
