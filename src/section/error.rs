@@ -212,7 +212,7 @@ pub enum CoordinateError {
         most: u64,
     },
     /// A file of another format.
-    #[error("this is a {format}; wanted lines of two numbers, x and y")]
+    #[error("this is {format}; wanted is a text of lines with two numbers, x and y")]
     Format {
         /// Name of the format, and what to do with it.
         format: &'static str,

@@ -25,12 +25,12 @@ pub(super) fn usual_width(rows: &[Row]) -> usize {
 pub(super) fn coordinates(rows: &[Row], width: usize) -> Result<([usize; 2], Vec<Repair>), CoordinateError> {
     let Some(first) = rows.first().filter(|_| width > 2) else { return Ok(([0, 1], Vec::new())) };
     let column = |c: usize| rows.iter().filter_map(move |row| row.fields.get(c).map(|field| field.value));
+    let constant = |c: usize| rows.len() > 2 && column(c).all(|value| value == first.fields[c].value);
     let counts = |c: usize| {
         // surfaces may each be counted from the first number on
         let steps = column(c).zip(column(c).skip(1)).all(|(a, b)| b == a + 1.0 || b == first.fields[c].value);
-        rows.len() > 2 && steps && first.fields[c].whole
+        rows.len() > 2 && steps && first.fields[c].whole && !constant(c)
     };
-    let constant = |c: usize| rows.len() > 2 && column(c).all(|value| value == first.fields[c].value);
     let mut kept: Vec<usize> = (0..width).collect();
     let mut repairs = Vec::new();
     if counts(0) {

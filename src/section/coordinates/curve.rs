@@ -11,7 +11,7 @@ use crate::plane::{between, bounds, cross, distance, dot, minus};
 use crate::scalar::Scalar;
 use crate::section::measures::outline_crossing;
 use crate::section::stations::with_ends;
-use crate::section::{CoordinateError, SectionError};
+use crate::section::{CoordinateError, Section, SectionError, TrailingEdge};
 use crate::spline::{
     BSplineCurve, EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate,
 };
@@ -41,12 +41,21 @@ pub(super) struct Plan {
     pub smoothing: Option<f64>,
     /// Sides that are kept straight, by their first points.
     pub straight: Vec<usize>,
+    /// Share of the way from the polygon to the smooth curve at which further data lie, where that curve would enclose
+    /// too much or too little.
+    pub drawn: Option<f64>,
+    /// Area within the smooth curve over that of the polygon, less one.
+    pub excess: f64,
     /// Distances of the curve from the points and from the polygon.
     pub deviation: Deviation,
 }
 
-/// Turns sharper than this (radians) at the end of a straight side are corners.
-const CORNER: f64 = 0.17;
+/// Turns sharper than this (radians) at the end of a straight side are edges, rounded by a small fraction of the extent.
+const EDGE: f64 = 0.08;
+/// Size of the rounding of an edge, as a share of the extent.
+const ROUNDING: f64 = 0.002;
+/// Turns sharper than this (radians) at the end of a straight side are corners of the curve.
+const CORNER: f64 = 1.0;
 /// Sides that turn by more at an end are no part of a smooth curve that is sampled well.
 const SHARP: f64 = 0.8;
 /// Sides so many times longer than a neighbour are drawn by their ends only, if the curve leaves them.
@@ -57,6 +66,12 @@ const BULGE: f64 = 0.01;
 const SMALL: f64 = 1e-3;
 /// Distance from the polygon, as a share of the extent, beyond which a curve has left the points.
 const FAR: f64 = 0.05;
+/// Pieces into which sides are divided where the curve is drawn towards the polygon.
+const BETWEEN: usize = 4;
+/// Areas of curve and polygon may differ by this share of the polygon's, where sides were kept straight.
+const EXCESS: f64 = 0.01;
+/// And by this share elsewhere: few points on a round outline let them differ so.
+const MOST_EXCESS: f64 = 0.03;
 /// Rounds in which sides are straightened; each may show further ones.
 const ROUNDS: usize = 12;
 
@@ -88,6 +103,7 @@ impl Plan {
         if fit == Fit::Interpolate && plan.corners.is_empty() {
             plan.smoothing = rounding_fit(&plan, points, step);
         }
+        plan.draw_to_polygon(points, outline.area)?;
         let curve = plan.curve(points)?;
         plan.deviation = deviation(&plan, points, &curve);
         Ok(plan)
@@ -95,7 +111,7 @@ impl Plan {
 
     /// The plan with given straight sides.
     fn with(points: &[[f64; 2]], straight: &[bool], fit: Fit) -> Result<Self, SectionError> {
-        let last = points.len() - 1;
+        let (last, extent) = (points.len() - 1, extent(points));
         let is_corner = |i: usize| {
             let at_straight = i > 0 && i < last && (straight[i - 1] || straight[i]);
             at_straight && turn(points, i) > CORNER
@@ -107,15 +123,22 @@ impl Plan {
             }
             places.push((i, 0.0));
             if i < last && straight[i] {
-                let smooth = |end: usize| end > 0 && end < last && !is_corner(end);
-                places.extend(graded(points, i, smooth(i), smooth(i + 1)).into_iter().map(|share| (i, share)));
+                // distance from an end within which the curve follows the other side of it
+                let reach = |end: usize, beside: Option<f64>| {
+                    let beside = beside.filter(|_| !is_corner(end))?;
+                    Some(if turn(points, end) > EDGE { ROUNDING * extent } else { beside })
+                };
+                let length = |j: usize| (j < last).then(|| distance(points[j], points[j + 1]));
+                let before = reach(i, i.checked_sub(1).and_then(length));
+                let behind = reach(i + 1, length(i + 1));
+                places.extend(graded(distance(points[i], points[i + 1]), before, behind).map(|share| (i, share)));
             }
         }
         let data: Vec<[f64; 2]> = places.iter().map(|&place| at(points, place)).collect();
         let parameters = chord_length_parameters(&data)?;
         let straight = (0..last).filter(|&i| straight[i]).collect();
         let deviation = Deviation::default();
-        Ok(Self { places, parameters, corners, fit, smoothing: None, straight, deviation })
+        Ok(Self { places, parameters, corners, fit, smoothing: None, straight, drawn: None, excess: 0.0, deviation })
     }
 
     /// The data of the curve.
@@ -129,9 +152,9 @@ impl Plan {
         let curve = match (self.fit, self.smoothing) {
             (Fit::ControlPoints(n), _) => fit(&self.parameters, &data, even_knots(&self.parameters, n)?)?,
             (Fit::Tolerance(tolerance), _) | (Fit::Interpolate, Some(tolerance)) => {
-                self.pieces(&data, |t, p| fit_to_tolerance(t, p, 3, tolerance))?
+                pieces(&self.parameters, &self.corners, &data, |t, p| fit_to_tolerance(t, p, 3, tolerance))?
             }
-            (Fit::Interpolate, None) => self.pieces(&data, |t, p| interpolate(t, p, EndCondition::Natural))?,
+            (Fit::Interpolate, None) => self.interpolating(&data)?,
         };
         Ok(with_ends(&curve, data[0], data[data.len() - 1])?)
     }
@@ -141,35 +164,49 @@ impl Plan {
         Ok(self.curve(&real(points))?.control_points().len())
     }
 
-    /// One curve of the pieces between the corners.
-    fn pieces<S: Scalar>(
-        &self,
-        data: &[[S; 2]],
-        piece: impl Fn(&[f64], &[[S; 2]]) -> Result<BSplineCurve<S>, crate::spline::SplineError>,
-    ) -> Result<BSplineCurve<S>, SectionError> {
-        if self.corners.is_empty() {
-            return Ok(piece(&self.parameters, data)?);
-        }
-        let ends = self.corners.iter().copied().chain([data.len() - 1]);
-        let (mut first, mut inner, mut control) = (0, Vec::new(), Vec::new());
-        for end in ends {
-            let (t, p) = (&self.parameters[first..=end], &data[first..=end]);
-            let curve = if t.len() < 4 { interpolate(t, p, EndCondition::Natural)? } else { piece(t, p)? };
-            if first > 0 {
-                inner.extend([self.parameters[first]; 3]);
-                control.pop();
+    /// The curve through the data, drawn towards the polygon if the plan says so.
+    fn interpolating<S: Scalar>(&self, data: &[[S; 2]]) -> Result<BSplineCurve<S>, SectionError> {
+        let natural = |t: &[f64], p: &[[S; 2]]| interpolate(t, p, EndCondition::Natural);
+        let smooth = pieces(&self.parameters, &self.corners, data, natural)?;
+        let Some(drawn) = self.drawn else { return Ok(smooth) };
+        let (mut parameters, mut between_data) = (Vec::new(), Vec::new());
+        for (t, p) in self.parameters.windows(2).zip(data.windows(2)) {
+            parameters.push(t[0]);
+            between_data.push(p[0]);
+            for k in 1..BETWEEN {
+                let share = k as f64 / BETWEEN as f64;
+                let u = t[0] + (t[1] - t[0]) * share;
+                parameters.push(u);
+                between_data.push(between(between(p[0], p[1], share), smooth.point_at(u), drawn));
             }
-            let knots = curve.knots().as_slice();
-            inner.extend_from_slice(&knots[4..knots.len() - 4]);
-            control.extend_from_slice(curve.control_points());
-            // the corner itself, not what the solution of the equations makes of it
-            if let (Some(slot), true) = (control.last_mut(), end + 1 < data.len()) {
-                *slot = data[end];
-            }
-            first = end;
         }
-        let (start, end) = (self.parameters[0], self.parameters[self.parameters.len() - 1]);
-        Ok(BSplineCurve::new(KnotVector::clamped(3, start, end, inner)?, control)?)
+        parameters.extend(self.parameters.last());
+        between_data.extend(data.last());
+        let corners: Vec<usize> = self.corners.iter().map(|&at| BETWEEN * at).collect();
+        pieces(&parameters, &corners, &between_data, natural)
+    }
+
+    /// Decides whether the curve is drawn towards the polygon, so that the areas agree.
+    fn draw_to_polygon(&mut self, points: &[[f64; 2]], polygon: f64) -> Result<(), SectionError> {
+        if self.fit != Fit::Interpolate || self.smoothing.is_some() {
+            return Ok(());
+        }
+        let excess = |plan: &Self| {
+            // the nose parameter has no part in the area
+            let section = Section::new(plan.curve(points)?, TrailingEdge::Blunt, 0.5, "")?;
+            Ok::<_, SectionError>(section.area() / polygon - 1.0)
+        };
+        self.excess = excess(self)?;
+        let most = if self.straight.is_empty() { MOST_EXCESS } else { EXCESS };
+        // written so that NaN fails
+        if self.excess.abs() <= most || !self.excess.is_finite() {
+            return Ok(());
+        }
+        let straight = excess(&Self { drawn: Some(0.0), ..self.clone() })?;
+        let wanted = 0.9 * EXCESS.copysign(self.excess);
+        // the area is linear in the data
+        self.drawn = Some(((wanted - straight) / (self.excess - straight)).clamp(0.0, 1.0));
+        Ok(())
     }
 
     /// The side of the polygon at a parameter.
@@ -191,6 +228,38 @@ impl Plan {
     }
 }
 
+/// One curve of the pieces between the corners.
+fn pieces<S: Scalar>(
+    parameters: &[f64],
+    corners: &[usize],
+    data: &[[S; 2]],
+    piece: impl Fn(&[f64], &[[S; 2]]) -> Result<BSplineCurve<S>, crate::spline::SplineError>,
+) -> Result<BSplineCurve<S>, SectionError> {
+    if corners.is_empty() {
+        return Ok(piece(parameters, data)?);
+    }
+    let ends = corners.iter().copied().chain([data.len() - 1]);
+    let (mut first, mut inner, mut control) = (0, Vec::new(), Vec::new());
+    for end in ends {
+        let (t, p) = (&parameters[first..=end], &data[first..=end]);
+        let curve = if t.len() < 4 { interpolate(t, p, EndCondition::Natural)? } else { piece(t, p)? };
+        if first > 0 {
+            inner.extend([parameters[first]; 3]);
+            control.pop();
+        }
+        let knots = curve.knots().as_slice();
+        inner.extend_from_slice(&knots[4..knots.len() - 4]);
+        control.extend_from_slice(curve.control_points());
+        // the corner itself, not what the solution of the equations makes of it
+        if let (Some(slot), true) = (control.last_mut(), end + 1 < data.len()) {
+            *slot = data[end];
+        }
+        first = end;
+    }
+    let (start, end) = (parameters[0], parameters[parameters.len() - 1]);
+    Ok(BSplineCurve::new(KnotVector::clamped(3, start, end, inner)?, control)?)
+}
+
 /// A point at a place between data points; a data point to the bit where the share is zero.
 fn at<S: Scalar>(points: &[[S; 2]], (index, share): Place) -> [S; 2] {
     if share == 0.0 { points[index] } else { between(points[index], points[index + 1], share) }
@@ -208,27 +277,23 @@ pub(super) fn turn(points: &[[f64; 2]], i: usize) -> f64 {
     cross(a, b).abs().atan2(dot(a, b))
 }
 
-/// Shares of the way along a side at which data are laid, denser towards the ends where the curve goes on smoothly.
-fn graded(points: &[[f64; 2]], side: usize, smooth_start: bool, smooth_end: bool) -> Vec<f64> {
-    let length = distance(points[side], points[side + 1]);
-    let shares = |beside: f64, smooth: bool| {
+/// Shares of the way along a side at which data are laid, denser towards the ends where the curve goes on smoothly, from
+/// a given distance on.
+fn graded(length: f64, before: Option<f64>, behind: Option<f64>) -> impl Iterator<Item = f64> {
+    let shares = |first: Option<f64>| {
         let mut shares = Vec::new();
-        let (mut step, mut sum) = ((beside / length).clamp(0.005, 0.25), 0.0);
-        while smooth && sum + step < 0.45 {
+        let Some(first) = first else { return shares };
+        let (mut step, mut sum) = ((first / length).clamp(1e-3, 0.25), 0.0);
+        while sum + step < 0.45 {
             sum += step;
             shares.push(sum);
             step *= 2.0;
         }
         shares
     };
-    let before = if side > 0 { distance(points[side - 1], points[side]) } else { length };
-    let behind = points.get(side + 2).map_or(length, |&next| distance(points[side + 1], next));
-    let mut all = shares(before, smooth_start);
-    if smooth_start || smooth_end {
-        all.push(0.5);
-    }
-    all.extend(shares(behind, smooth_end).into_iter().rev().map(|share| 1.0 - share));
-    all
+    let middle = (before.is_some() || behind.is_some()).then_some(0.5);
+    let second = shares(behind).into_iter().rev().map(|share| 1.0 - share);
+    shares(before).into_iter().chain(middle).chain(second)
 }
 
 /// What is known of the polygon.
@@ -254,7 +319,7 @@ impl<'a> Shape<'a> {
                 let own = length(i);
                 let bulge = 2.0 / 3.0 * off[i] * own;
                 let significant = off[i] > SMALL * self.extent && bulge > BULGE * self.area;
-                let uneven = |j: usize| own > UNEVEN * length(j);
+                let uneven = |j: usize| own > UNEVEN * length(j) || plan.straight.contains(&j);
                 let sharp = |i: usize| turn(self.points, i) > SHARP;
                 significant && ((i > 0 && (uneven(i - 1) || sharp(i))) || (i < last && (uneven(i + 1) || sharp(i + 1))))
             })

@@ -7,18 +7,18 @@ pub(super) const LARGEST_FILE: usize = 64 << 20;
 
 /// First bytes of formats that are no text, and what to do with each.
 const SIGNATURES: [(&[u8], &str); 12] = [
-    (b"\x1f\x8b", "gzip-compressed file; unpack it first"),
-    (b"PK\x03\x04", "zip archive (or a spreadsheet); unpack it, or save the sheet as CSV"),
-    (b"BZh", "bzip2-compressed file; unpack it first"),
-    (b"\xfd7zXZ", "xz-compressed file; unpack it first"),
-    (b"7z\xbc\xaf", "7-zip archive; unpack it first"),
-    (b"\x28\xb5\x2f\xfd", "zstd-compressed file; unpack it first"),
-    (b"\xd0\xcf\x11\xe0", "binary spreadsheet or document; save it as CSV"),
-    (b"%PDF", "PDF document; copy the table out of it"),
-    (b"\x89PNG", "PNG image"),
-    (b"\xff\xd8\xff", "JPEG image"),
-    (b"AutoCAD Binary DXF", "binary DXF drawing; export the outline as lines of x and y"),
-    (b"\x7fELF", "program"),
+    (b"\x1f\x8b", "a gzip-compressed file; unpack it first"),
+    (b"PK\x03\x04", "a zip archive (or a spreadsheet); unpack it, or save the sheet as CSV"),
+    (b"BZh", "a bzip2-compressed file; unpack it first"),
+    (b"\xfd7zXZ", "an xz-compressed file; unpack it first"),
+    (b"7z\xbc\xaf", "a 7-zip archive; unpack it first"),
+    (b"\x28\xb5\x2f\xfd", "a zstd-compressed file; unpack it first"),
+    (b"\xd0\xcf\x11\xe0", "a binary spreadsheet or document; save it as CSV"),
+    (b"%PDF", "a PDF document; copy the table out of it"),
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"AutoCAD Binary DXF", "a binary DXF drawing; export the outline as lines of x and y"),
+    (b"\x7fELF", "a program"),
 ];
 
 /// Text of a file in UTF-8, UTF-16 or, where it is neither, Windows-1252, so that old titles survive.
@@ -90,23 +90,23 @@ fn foreign(text: &str) -> Option<&'static str> {
     // the 73rd column of an IGES file names the part of the file
     let iges = |line: &str| line.len() >= 80 && line.is_ascii() && &line[72..73] == "S" && line[73..80].trim() == "1";
     if begins("ISO-10303-21") {
-        Some("STEP file; export the outline as lines of x and y")
+        Some("a STEP file; export the outline as lines of x and y")
     } else if iges(first) {
-        Some("IGES file; export the outline as lines of x and y")
+        Some("an IGES file; export the outline as lines of x and y")
     } else if dxf(text) {
-        Some("DXF drawing; export the outline as lines of x and y")
+        Some("a DXF drawing; export the outline as lines of x and y")
     } else if begins("<svg") || (begins("<?xml") && start.contains("<svg")) {
-        Some("SVG drawing; export the outline as lines of x and y")
+        Some("an SVG drawing; export the outline as lines of x and y")
     } else if begins("<!doctype html") || begins("<html") {
-        Some("web page; save the plain coordinate file")
+        Some("a web page; save the plain coordinate file")
     } else if begins("<?xml") || (begins("<") && start.contains("</")) {
-        Some("XML document; export the outline as lines of x and y")
+        Some("an XML document; export the outline as lines of x and y")
     } else if start.starts_with('{') || start.starts_with('[') {
-        Some("JSON document; write the outline as lines of x and y")
+        Some("a JSON document; write the outline as lines of x and y")
     } else if begins("solid ") && start.contains("facet") {
-        Some("STL mesh; export the outline as lines of x and y")
+        Some("an STL mesh; export the outline as lines of x and y")
     } else if begins("%!PS") {
-        Some("PostScript document")
+        Some("a PostScript document")
     } else {
         None
     }

@@ -127,7 +127,7 @@ impl Scan {
         if let Some(count) = labelled_count(line) {
             self.counts.push((number, count));
         } else if symmetry_flag(line).is_none() && !heads_columns(line) && (self.title.is_none() || general) {
-            self.title = Some(line.trim().trim_matches('"').trim().into());
+            self.title = Some(title(line));
         }
     }
 
@@ -150,6 +150,13 @@ impl Scan {
             record(repairs, Repair::ColumnsSeparated { count: 1, line });
         }
     }
+}
+
+/// A title without quotation marks, and without the word that Tecplot puts before it.
+fn title(line: &str) -> String {
+    let line = line.trim();
+    let tecplot = line.split_once('=').filter(|(word, _)| word.trim().eq_ignore_ascii_case("title"));
+    tecplot.map_or(line, |(_, title)| title).trim().trim_matches('"').trim().into()
 }
 
 /// Whether a damaged line before the first point may have been a point: two or three parts with digits, one with a

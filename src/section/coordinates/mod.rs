@@ -186,6 +186,9 @@ impl<S: Scalar> Coordinates<S> {
             let (sides, corners) = (plan.straight.len(), plan.corners.len());
             self.repairs.push(Repair::KeptStraight { sides, corners, line: line(first) });
         }
+        if plan.drawn.is_some() {
+            self.repairs.push(Repair::DrawnToPolygon { excess: plan.excess });
+        }
         match (plan.fit, plan.smoothing) {
             (Fit::Interpolate, None) => {}
             (Fit::Interpolate, Some(_)) => {

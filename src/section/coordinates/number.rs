@@ -55,7 +55,9 @@ pub(super) fn plain(line: &str) -> (String, bool) {
 /// The numbers of a line of plain text, if it holds nothing else.
 pub(super) fn numbers(line: &str, style: Style) -> Option<(Vec<Field>, Oddity)> {
     // quotation marks separate, whatever stands between two of them
-    let unquoted = line.replace("\",\"", ";").replace("';'", ";").replace(['"', '\''], " ");
+    let line = line.trim();
+    let bare = line.strip_prefix('(').and_then(|rest| rest.trim_end_matches([',', ';']).strip_suffix(')'));
+    let unquoted = bare.unwrap_or(line).replace("\",\"", ";").replace("';'", ";").replace(['"', '\''], " ");
     let (words, comma) = words(&unquoted, style);
     let mut oddity = Oddity { comma, ..Oddity::default() };
     let mut fields = Vec::with_capacity(words.len());
@@ -219,6 +221,7 @@ mod tests {
             ("1,0", [1.0, 0.0]),
             ("1, 0", [1.0, 0.0]),
             ("1 ,0", [1.0, 0.0]),
+            ("(1, 0),", [1.0, 0.0]),
             ("0.5E-01-0.355E-01", [0.05, -0.0355]),
         ] {
             assert_eq!(values(line, plainly), Some(wanted.to_vec()), "{line}");

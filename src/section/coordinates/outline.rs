@@ -3,9 +3,10 @@
 use super::listing::{Listing, Point};
 use super::orientation::{Lie, farthest_pair, orient, signed_area};
 use super::repair::{Repair, record};
-use super::strays::{drop_spikes, drop_strays, report_spikes};
+use super::strays::{drop_outlier, drop_spikes, drop_strays, report_spikes};
 use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
 use crate::section::{CoordinateError, TrailingEdge};
+use std::collections::HashMap;
 
 /// A loop from the upper to the lower trailing edge.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +34,7 @@ const LEAP: f64 = 0.75;
 pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
     let Listing { points: mut given, breaks, surfaces, mut repairs, step, .. } = listing;
     if surfaces.is_none() {
+        drop_outlier(&mut given, &mut repairs);
         drop_strays_of(&mut given, &mut repairs);
     }
     let mut points = join_surfaces(&given, surfaces, &breaks);
@@ -139,6 +141,26 @@ impl Mend {
             }
         }
         *points = kept;
+        self.drop_repeated_blocks(points);
+    }
+
+    /// Drops points that repeat, in the same order, the points just before them.
+    fn drop_repeated_blocks(&mut self, points: &mut Vec<Point>) {
+        let mut seen: HashMap<[u64; 2], usize> = HashMap::new();
+        let mut i = 0;
+        while i < points.len() {
+            let key = points[i].xy.map(f64::to_bits);
+            let size = seen.get(&key).map_or(0, |&earlier| i - earlier);
+            let same = |k: usize| points.get(i + k).is_some_and(|p| p.xy == points[i + k - size].xy);
+            if size > 1 && i + size < points.len() && (0..size).all(same) {
+                let line = points[i].line;
+                points.drain(i..i + size);
+                self.record(Repair::DuplicateDropped { count: size, line });
+                continue;
+            }
+            seen.insert(key, i);
+            i += 1;
+        }
     }
 
     /// Makes a loop begin at its rearmost point, or behind its rearmost edge if that stands upright (a base).

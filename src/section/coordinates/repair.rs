@@ -144,9 +144,9 @@ pub enum Repair {
     },
     /// The curve was kept straight where a smooth one would leave the points, and turns sharply at corners.
     #[error(
-        "the curve is kept straight along {} far longer than the neighbours and has {corners} corners, the first of \
-         these behind line {line}; points may be missing",
-        long_sides(*.sides)
+        "the curve is kept straight along {} far longer than the neighbours, with {}, from line {line} on; points may be \
+         missing there",
+        plural(*.sides, "side", "sides"), plural(*.corners, "corner", "corners")
     )]
     KeptStraight {
         /// Number of sides drawn by their ends only.
@@ -155,6 +155,16 @@ pub enum Repair {
         corners: usize,
         /// Line of the point before the first such side, or at the first corner.
         line: usize,
+    },
+    /// The points are so few that the area within a smooth curve differs from that of the polygon; the curve was drawn
+    /// towards the polygon.
+    #[error(
+        "a smooth curve through the points would enclose {:+.1} % more than the polygon does: drawn towards its sides; \
+         give more points", 100.0 * excess
+    )]
+    DrawnToPolygon {
+        /// Area of the smooth curve over that of the polygon, less one.
+        excess: f64,
     },
     /// The points are rounded more coarsely than they are spaced, and the curve smooths them.
     #[error(
@@ -182,7 +192,10 @@ pub enum Repair {
         line: usize,
     },
     /// The curve leaves the polygon through the points by more than smooth and well-spaced points would let it.
-    #[error("the curve leaves the straight lines between the points by {distance:.2e} behind line {line}")]
+    #[error(
+        "the curve leaves the straight lines between the points by {distance:.2e} behind line {line}; points may be \
+         missing there"
+    )]
     LeavesPolygon {
         /// Largest distance of the curve from the polygon.
         distance: f64,
@@ -246,8 +259,4 @@ fn lines(count: usize) -> String {
 
 fn points(count: usize) -> String {
     plural(count, "point", "points")
-}
-
-fn long_sides(count: usize) -> String {
-    plural(count, "side", "sides")
 }

@@ -9,11 +9,11 @@ use super::deviation::deviation;
 use crate::plane::distance;
 
 /// Turns by rounding above this (radians) are looked at.
-const NOISE: f64 = 0.1;
+const NOISE: f64 = 0.05;
 /// Share of the points at which rounding must exceed the turn of the outline.
-const SHARE: f64 = 0.1;
+const SHARE: f64 = 0.02;
 /// Fewest such points.
-const FEWEST: usize = 12;
+const FEWEST: usize = 6;
 /// Largest distances of points from the curve, in units of the last digit; half a unit in x and in y is 0.71.
 const DISTANCES: [f64; 3] = [0.75, 1.0, 1.5];
 

@@ -3,10 +3,10 @@
 
 use super::listing::Point;
 use super::repair::{Repair, record};
-use crate::plane::{between, distance, dot, minus};
+use crate::plane::{between, bounds, distance, dot, minus};
 
 /// Fewest points that make an outline from which others can be told.
-const FEWEST: usize = 8;
+const FEWEST: usize = 10;
 /// A point off the line of its neighbours by this many times what they are off it is wrong, or may be.
 const CERTAIN: f64 = 20.0;
 const SUSPECT: f64 = 8.0;
@@ -15,6 +15,28 @@ const CERTAIN_SHARE: f64 = 0.002;
 const SUSPECT_SHARE: f64 = 0.0008;
 /// Most points that are dropped; a file with more is not understood.
 const MOST_SPIKES: usize = 4;
+
+/// Drops a point so far away that all others together are small beside it: a slip of the decimal point.
+pub(super) fn drop_outlier(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) {
+    const FACTOR: f64 = 5.0;
+    if points.len() <= FEWEST {
+        return;
+    }
+    let extent = |skipped: Option<usize>| {
+        let others = points.iter().enumerate().filter(|(i, _)| Some(*i) != skipped);
+        let [x, y] = bounds(others.map(|(_, p)| p.xy));
+        (x[1] - x[0]).max(y[1] - y[0])
+    };
+    let all = extent(None);
+    // one of the points on the sides of the bounding box
+    let most = |key: fn(&Point) -> f64| (0..points.len()).max_by(|&i, &j| key(&points[i]).total_cmp(&key(&points[j])));
+    let keys: [fn(&Point) -> f64; 4] = [|p| p.xy[0], |p| -p.xy[0], |p| p.xy[1], |p| -p.xy[1]];
+    let outlier = keys.into_iter().filter_map(most).find(|&i| FACTOR * extent(Some(i)) < all);
+    if let Some(index) = outlier {
+        let line = points.remove(index).line;
+        record(repairs, Repair::StrayDropped { count: 1, line });
+    }
+}
 
 /// Drops a first or last point far from an outline that is closed without it.
 pub(super) fn drop_strays(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
@@ -71,8 +93,20 @@ fn worst_spike(points: &[Point], least: f64, ratio: f64) -> Option<(usize, f64)>
 /// Distance of a point from the curve through its neighbours, if it is at least `least` and `ratio` times the distance
 /// that the neighbours have from such curves without that point.
 fn spike(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> {
+    spike_among::<4>(points, index, least, ratio).or_else(|| spike_among::<6>(points, index, least, ratio))
+}
+
+/// A spike as curves through `NEAR` neighbours show it.
+fn spike_among<const NEAR: usize>(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> {
     let all = |i: usize| points[i].xy;
-    let own = off_the_line(points.len(), index, all);
+    let own = off_the_line::<NEAR>(points.len(), index, all);
+    // a lone point on a long side has no line of neighbours to be off
+    let length = |i: usize| distance(points[i].xy, points[i + 1].xy);
+    let beside = [index.checked_sub(2).map(length), (index + 2 < points.len()).then(|| length(index + 1))];
+    let beside = beside.into_iter().flatten().fold(0.0, f64::max);
+    if distance(points[index - 1].xy, points[index + 1].xy) > 5.0 * beside {
+        return None;
+    }
     // beside an end the neighbours stand on one side
     let sided = if index == 1 || index + 2 == points.len() { 2.0 } else { 1.0 };
     // written so that NaN fails
@@ -82,26 +116,26 @@ fn spike(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> 
     let without = |i: usize| points[i + usize::from(i >= index)].xy;
     let n = points.len() - 1;
     let near = index.saturating_sub(2).max(1)..(index + 2).min(n - 1);
-    let others = near.map(|i| off_the_line(n, i, without)).fold(0.0, f64::max);
+    let others = near.map(|i| off_the_line::<NEAR>(n, i, without)).fold(0.0, f64::max);
     (own > sided * ratio * others).then_some(own)
 }
 
-/// Distance of the point at `index` from the cubic through the four points around it.
-fn off_the_line(count: usize, index: usize, at: impl Fn(usize) -> [f64; 2]) -> f64 {
-    let first = index.saturating_sub(2).min(count - 5);
-    let mut around = [[0.0; 2]; 4];
-    let others = (first..first + 5).filter(|&i| i != index);
+/// Distance of the point at `index` from the polynomial through the `NEAR` points around it.
+fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let first = index.saturating_sub(NEAR / 2).min(count - NEAR - 1);
+    let mut around = [[0.0; 2]; NEAR];
+    let others = (first..=first + NEAR).filter(|&i| i != index);
     for (slot, i) in around.iter_mut().zip(others) {
         *slot = at(i);
     }
-    let mut t = [0.0; 4];
-    for k in 1..4 {
+    let mut t = [0.0; NEAR];
+    for k in 1..NEAR {
         t[k] = t[k - 1] + distance(around[k], around[k - 1]).max(f64::MIN_POSITIVE);
     }
     let value = |u: f64| {
-        let weight = |k: usize| (0..4).filter(|&j| j != k).map(|j| (u - t[j]) / (t[k] - t[j])).product::<f64>();
-        let weights = [0, 1, 2, 3].map(weight);
-        [0, 1].map(|d| (0..4).map(|k| weights[k] * around[k][d]).sum::<f64>())
+        let weight = |k: usize| (0..NEAR).filter(|&j| j != k).map(|j| (u - t[j]) / (t[k] - t[j])).product::<f64>();
+        let weights: [f64; NEAR] = std::array::from_fn(weight);
+        [0, 1].map(|d| (0..NEAR).map(|k| weights[k] * around[k][d]).sum::<f64>())
     };
     let point = at(index);
     let mut nearest = f64::INFINITY;
