@@ -160,8 +160,8 @@ impl Plan {
     }
 
     /// Number of control points of the curve.
-    pub fn control_points<S: Scalar>(&self, points: &[[S; 2]]) -> Result<usize, SectionError> {
-        Ok(self.curve(&real(points))?.control_points().len())
+    pub fn control_points(&self, points: &[[f64; 2]]) -> Result<usize, SectionError> {
+        Ok(self.curve(points)?.control_points().len())
     }
 
     /// The curve through the data, drawn towards the polygon if the plan says so.

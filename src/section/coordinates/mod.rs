@@ -25,8 +25,10 @@ use crate::spline::BSplineCurve;
 use curve::{Fit, Plan, extent, lines, real};
 use listing::{Listing, Point};
 use outline::{Outline, assemble};
+use repair::record;
 use std::io::Read;
 use std::path::Path;
+use strays::gaps;
 
 /// Points of a section in Selig order, read from a file or given, with a record of what was mended.
 ///
@@ -178,9 +180,15 @@ impl<S: Scalar> Coordinates<S> {
     /// Records what a user must know of the curve.
     fn report_curve(&mut self) {
         self.repairs.truncate(self.read);
+        let points = real(&self.points);
+        let extent = extent(&points);
         let Ok(plan) = &self.plan else { return };
+        for gap in gaps(&points, extent).into_iter().filter(|gap| !plan.straight.contains(gap)) {
+            let (line, distance) = (self.lines.get(gap).copied().unwrap_or(0), distance(points[gap], points[gap + 1]));
+            record(&mut self.repairs, Repair::GapSuspected { count: 1, line, distance });
+        }
         let line = |index: usize| self.lines.get(index).copied().unwrap_or(0);
-        let Deviation { points: distance, points_at, polygon, polygon_at } = plan.deviation;
+        let Deviation { points: off, points_at, polygon, polygon_at } = plan.deviation;
         let corner = plan.corners.first().map(|&at| plan.places[at].0);
         if let Some(first) = plan.straight.first().copied().into_iter().chain(corner).min() {
             let (sides, corners) = (plan.straight.len(), plan.corners.len());
@@ -192,14 +200,14 @@ impl<S: Scalar> Coordinates<S> {
         match (plan.fit, plan.smoothing) {
             (Fit::Interpolate, None) => {}
             (Fit::Interpolate, Some(_)) => {
-                self.repairs.push(Repair::Smoothed { step: self.step, distance, line: line(points_at) });
+                self.repairs.push(Repair::Smoothed { step: self.step, distance: off, line: line(points_at) });
             }
             _ => {
-                let control_points = plan.control_points(&self.points).unwrap_or(0);
-                self.repairs.push(Repair::Fitted { control_points, distance, line: line(points_at) });
+                let control_points = plan.control_points(&points).unwrap_or(0);
+                self.repairs.push(Repair::Fitted { control_points, distance: off, line: line(points_at) });
             }
         }
-        if polygon > REPORTED * extent(&real(&self.points)) {
+        if polygon > REPORTED * extent {
             self.repairs.push(Repair::LeavesPolygon { distance: polygon, line: line(polygon_at) });
         }
     }

@@ -3,7 +3,7 @@
 use super::listing::{Listing, Point};
 use super::orientation::{Lie, farthest_pair, orient, signed_area};
 use super::repair::{Repair, record};
-use super::strays::{drop_outlier, drop_spikes, drop_strays, report_spikes};
+use super::strays::{drop_outlier, drop_spikes, drop_strays, report_ends, report_spikes};
 use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
 use crate::section::{CoordinateError, TrailingEdge};
 use std::collections::HashMap;
@@ -47,7 +47,9 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
         let trailing_edge = mend.round(&mut points)?;
         if points == before && mend.repairs == recorded {
             let Some((i, j, [x, y])) = polygon_crossing(&points) else {
-                report_spikes(&points, extent(&points), step, &mut mend.repairs);
+                let extent = extent(&points);
+                report_spikes(&points, extent, step, &mut mend.repairs);
+                report_ends(&points, extent, step, &mut mend.repairs);
                 return Ok(Outline { points, trailing_edge, repairs: mend.repairs, map });
             };
             let (first, second) = (points[i].line, points[j].line);

@@ -99,6 +99,16 @@ pub enum Repair {
         /// Largest of the distances from the line of the neighbours.
         distance: f64,
     },
+    /// Neighbouring points far more apart than those around them.
+    #[error("{} in the outline, the first behind line {line}, the longest {distance:.2e}: points may be missing", plural(*.count, "gap", "gaps"))]
+    GapSuspected {
+        /// Number of gaps.
+        count: usize,
+        /// Line of the point before the first.
+        line: usize,
+        /// Length of the longest.
+        distance: f64,
+    },
     /// The nose lay to the right; the section was mirrored left to right, so that what is above stays above.
     #[error("the nose lay to the right; mirrored left to right (x changed its sign), above stays above")]
     Mirrored,
@@ -236,6 +246,9 @@ impl Repair {
                 Self::SpikeSuspected { count, distance, .. },
                 Self::SpikeSuspected { count: more, distance: another, .. },
             ) => (*count, *distance) = (*count + more, distance.max(*another)),
+            (Self::GapSuspected { count, distance, .. }, Self::GapSuspected { count: more, distance: another, .. }) => {
+                (*count, *distance) = (*count + more, distance.max(*another))
+            }
             _ => return false,
         }
         true

@@ -13,6 +13,16 @@ const SUSPECT: f64 = 8.0;
 /// And by this share of the extent, below which it may be meant.
 const CERTAIN_SHARE: f64 = 0.002;
 const SUSPECT_SHARE: f64 = 0.0008;
+/// An end is suspect if it is off the run of the others by this share of the extent, and so many times what those are.
+const END_SHARE: f64 = 0.005;
+const END_RATIO: f64 = 12.0;
+/// A side so many times longer than both neighbours may be a gap; at an end there is one neighbour.
+const GAP: f64 = 3.5;
+const END_GAP: f64 = 4.5;
+/// If it is at least this share of the extent.
+const GAP_SHARE: f64 = 0.05;
+/// Points of an outline that is sampled densely.
+const DENSE: usize = 60;
 /// Most points that are dropped; a file with more is not understood.
 const MOST_SPIKES: usize = 4;
 
@@ -85,6 +95,53 @@ pub(super) fn report_spikes(points: &[Point], extent: f64, step: f64, repairs: &
     }
 }
 
+/// Reports first and last points off the line on which the others run out.
+pub(super) fn report_ends(points: &[Point], extent: f64, step: f64, repairs: &mut Vec<Repair>) {
+    let n = points.len();
+    if n <= FEWEST {
+        return;
+    }
+    let least = (END_SHARE * extent).max(6.0 * step);
+    for (line, run) in [(points[0].line, false), (points[n - 1].line, true)] {
+        let at = |i: usize| points[if run { n - 1 - i } else { i }].xy;
+        let others = off_the_run(1, at).max(off_the_run(2, at));
+        let own = off_the_run(0, at);
+        // a parabola tells nothing far beyond its points
+        let near = distance(at(0), at(1)) < 3.0 * distance(at(1), at(2));
+        if near && own > least && own > END_RATIO * others {
+            record(repairs, Repair::SpikeSuspected { count: 1, line, distance: own });
+        }
+    }
+}
+
+/// Sides far longer than their neighbours, by their first points.
+pub(super) fn gaps(points: &[[f64; 2]], extent: f64) -> Vec<usize> {
+    let n = points.len();
+    if n <= FEWEST {
+        return Vec::new();
+    }
+    let length = |i: usize| distance(points[i], points[i + 1]);
+    let is_gap = |i: &usize| {
+        let beside = [i.checked_sub(1).map(length), (i + 2 < n).then(|| length(i + 1))];
+        let ratio = if beside.iter().flatten().count() == 2 { GAP } else { END_GAP };
+        let widest = beside.into_iter().flatten().fold(0.0, f64::max);
+        length(*i) > ratio * widest && length(*i) > GAP_SHARE * extent
+    };
+    (0..n - 1).filter(is_gap).collect()
+}
+
+/// Distance of a point from where the parabola through the three behind it arrives after the length of the side.
+fn off_the_run(index: usize, at: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let p = [0, 1, 2, 3].map(|k| at(index + k));
+    let mut t = [0.0; 4];
+    for k in 1..4 {
+        t[k] = t[k - 1] + distance(p[k], p[k - 1]).max(f64::MIN_POSITIVE);
+    }
+    let weight = |k: usize| (1..4).filter(|&j| j != k).map(|j| -t[j] / (t[k] - t[j])).product::<f64>();
+    let weights = [1, 2, 3].map(weight);
+    distance(p[0], [0, 1].map(|d| (0..3).map(|k| weights[k] * p[k + 1][d]).sum::<f64>()))
+}
+
 fn worst_spike(points: &[Point], least: f64, ratio: f64) -> Option<(usize, f64)> {
     let found = (1..points.len() - 1).filter_map(|i| spike(points, i, least, ratio).map(|distance| (i, distance)));
     found.max_by(|a, b| a.1.total_cmp(&b.1))
@@ -93,7 +150,10 @@ fn worst_spike(points: &[Point], least: f64, ratio: f64) -> Option<(usize, f64)>
 /// Distance of a point from the curve through its neighbours, if it is at least `least` and `ratio` times the distance
 /// that the neighbours have from such curves without that point.
 fn spike(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> {
-    spike_among::<4>(points, index, least, ratio).or_else(|| spike_among::<6>(points, index, least, ratio))
+    let few = spike_among::<4>(points, index, least, ratio);
+    // curves of a higher degree need points on both sides, and many of them
+    let inside = points.len() >= DENSE && index >= 3 && index + 3 < points.len();
+    few.or_else(|| if inside { spike_among::<6>(points, index, least, ratio) } else { None })
 }
 
 /// A spike as curves through `NEAR` neighbours show it.
@@ -108,7 +168,11 @@ fn spike_among<const NEAR: usize>(points: &[Point], index: usize, least: f64, ra
         return None;
     }
     // beside an end the neighbours stand on one side
-    let sided = if index == 1 || index + 2 == points.len() { 2.0 } else { 1.0 };
+    let sided = match index == 1 || index + 2 == points.len() {
+        true if points.len() < DENSE => 4.0,
+        true => 2.0,
+        false => 1.0,
+    };
     // written so that NaN fails
     if !(own >= sided * least) {
         return None;
