@@ -19,16 +19,18 @@ use std::path::Path;
 /// Far beyond any use; a slip of the keyboard must not fill the memory.
 const MOST_BOX_POINTS: usize = 10_000;
 
-/// Builds the problem of a case; every error names the key it comes from.
+/// Builds the problem of a case, and says what was mended in its files; every error names the key it comes from.
 pub(super) fn design_problem(
     document: &Document,
     table: &CaseTable,
     folder: &Path,
-) -> Result<DesignProblem, CaseError> {
+) -> Result<(DesignProblem, Vec<String>), CaseError> {
     let geometry = geometry(document, table, folder)?;
+    let mut repairs = repairs(geometry.definition(), &table.section);
     let target = match &table.target {
         Some(target) => {
             let definition = definition(document, target, "target", folder)?;
+            repairs.extend(self::repairs(&definition, target));
             Some(definition.section().map_err(|e| document.error(&["target"], e.to_string()))?)
         }
         None => None,
@@ -45,7 +47,13 @@ pub(super) fn design_problem(
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
     // a case whose start has no value cannot run; whether it has a flow the run tells
     problem.measures_at_start().map_err(|e| document.error(&["objective"], e.to_string()))?;
-    Ok(problem)
+    Ok((problem, repairs))
+}
+
+/// A sentence for everything a user must know of the reading of a coordinate file, beginning with its name.
+fn repairs(definition: &SectionDefinition, table: &SectionTable) -> Vec<String> {
+    let name = table.file.as_deref().unwrap_or(definition.name());
+    definition.repairs().iter().map(|repair| format!("{name}: {repair}")).collect()
 }
 
 fn definition(
@@ -64,24 +72,29 @@ fn definition(
             SectionDefinition::naca(digits, edge.unwrap_or(TrailingEdge::Blunt)).map_err(|e| wrong("naca", e))?
         }
         (None, Some(table), None) => SectionDefinition::Kulfan(kulfan(table).map_err(|e| wrong("kulfan", e))?),
-        (None, None, Some(file)) => {
-            let mut coordinates = Coordinates::read(folder.join(file)).map_err(|e| wrong("file", e))?;
-            if let Some(tolerance) = table.fit_tolerance {
-                coordinates = coordinates.with_fit_tolerance(tolerance).map_err(|e| wrong("fit_tolerance", e))?;
-            }
-            SectionDefinition::Coordinates(coordinates)
-        }
+        (None, None, Some(file)) => Coordinates::read_element(folder.join(file), table.element)
+            .map(SectionDefinition::Coordinates)
+            .map_err(|e| wrong(if table.element.is_some() { "element" } else { "file" }, e))?,
         _ => return Err(document.error(&[key], "give exactly one of `naca`, `kulfan` and `file`")),
     };
-    if table.fit_tolerance.is_some() && table.file.is_none() {
-        return Err(document.error(&[key, "fit_tolerance"], "only coordinates from a `file` are fitted"));
+    if table.element.is_some() && table.file.is_none() {
+        return Err(wrong("element", SectionError::NotCoordinates { option: "element" }));
     }
     if edge.is_some_and(|edge| edge != definition.trailing_edge()) {
         let message = "contradicts the section: its coordinates (or the gap of its Kulfan definition) say otherwise";
         return Err(document.error(&[key, "trailing_edge"], message));
     }
+    if table.fit_tolerance.is_some() && table.control_points.is_some() && table.file.is_some() {
+        return Err(document.error(&[key, "fit_tolerance"], "give either `fit_tolerance` or `control_points`"));
+    }
+    if let Some(tolerance) = table.fit_tolerance {
+        definition = definition.with_fit_tolerance(tolerance).map_err(|e| wrong("fit_tolerance", e))?;
+    }
     if let Some(control_points) = table.control_points {
         definition = definition.with_control_points(control_points).map_err(|e| wrong("control_points", e))?;
+    }
+    if table.normalize == Some(true) {
+        definition = definition.normalized().map_err(|e| wrong("normalize", e))?;
     }
     Ok(definition)
 }

@@ -53,6 +53,8 @@ pub struct Case {
     pub problem: DesignProblem,
     /// The optimiser with its settings.
     pub method: Method,
+    /// What was mended in the files of the case.
+    repairs: Vec<String>,
     /// Settings of the file, for whichever method is used.
     settings: OptimizerTable,
     /// The case and the files it names, as they were read.
@@ -94,14 +96,14 @@ impl Case {
         let table = document.parse()?;
         check_name(&table.name).map_err(|message| document.error(&["name"], message))?;
         let sources = sources(&document, text, &table, folder)?;
-        let problem = build::design_problem(&document, &table, folder)?;
+        let (problem, repairs) = build::design_problem(&document, &table, folder)?;
         let settings = table.optimizer;
         let method = settings
             .method(settings.method_name(!table.constraints.0.is_empty()))
             .map_err(|e| document.error(&["optimizer", "method"], e.to_string()))?;
         settings.check(&document)?;
         let description = table.description.unwrap_or_default();
-        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, settings, sources })
+        Ok(Self { name: table.name, description, text: text.to_string(), problem, method, repairs, settings, sources })
     }
 
     /// Takes another method, with the settings that the case file gives for whichever method is used.
@@ -113,11 +115,10 @@ impl Case {
         Ok(())
     }
 
-    /// A sentence for everything that was mended in the coordinate files of the case, beginning with the name of the
-    /// section; empty where nothing was.
+    /// A sentence for everything that a user must know of the reading of the coordinate files of the case, the target
+    /// among them, each beginning with the name of the file; empty where there is nothing to say.
     pub fn repairs(&self) -> Vec<String> {
-        let definition = self.problem.geometry().definition();
-        definition.repairs().iter().map(|repair| format!("{}: {repair}", definition.name())).collect()
+        self.repairs.clone()
     }
 
     /// All that a run depends on, for [`Checkpoint`](crate::optimize::Checkpoint): this version of the program, the

@@ -43,6 +43,8 @@ pub(crate) struct SectionTable {
     pub trailing_edge: Option<TrailingEdgeName>,
     pub control_points: Option<usize>,
     pub fit_tolerance: Option<f64>,
+    pub element: Option<usize>,
+    pub normalize: Option<bool>,
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]

@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     };
     let (nodes, section) = panelled(&arguments.point)?;
     let condition = arguments.point.condition(arguments.alpha, arguments.cl)?;
-    let input = |e: crate::flow::FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape));
+    let input = |e: crate::flow::FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape.shape));
     let begin = Instant::now();
     if arguments.inviscid {
         let alpha = arguments.alpha.unwrap_or(0.0).to_radians();
@@ -74,14 +74,14 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     if solution.is_reliable() {
         return Ok(());
     }
-    Err(Failure::Computation(format!("{}: {}", arguments.point.shape, solution.status)))
+    Err(Failure::Computation(format!("{}: {}", arguments.point.shape.shape, solution.status)))
 }
 
 fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
     let condition = solution.condition;
     format!(
         "{}: alpha {:.2} deg, M {}, Re {:.3e}, CL {:.4}, CD {:.5}",
-        arguments.point.name(),
+        arguments.point.shape.name(),
         solution.alpha.to_degrees(),
         condition.mach,
         condition.reynolds,
@@ -94,7 +94,7 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
     let condition = solution.condition;
     let mut text = format!(
         "{}, {} panels: {} (residual {:.1e}, {} iterations, {seconds:.3} s)\n",
-        arguments.point.shape, arguments.point.panels, solution.status, solution.residual, solution.iterations
+        arguments.point.shape.shape, arguments.point.panels, solution.status, solution.residual, solution.iterations
     );
     for attempt in &solution.attempts {
         let (what, iterations, residual) = (&attempt.what, attempt.iterations, attempt.residual);
@@ -159,14 +159,14 @@ fn inviscid(
     let result = InviscidReport::new(solution, seconds);
     if let Some(directory) = directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
-        let title = format!("{}: inviscid, CL {:.4}", arguments.point.name(), solution.cl);
+        let title = format!("{}: inviscid, CL {:.4}", arguments.point.shape.name(), solution.cl);
         let files = [
             ("result.json", pretty(&result)?),
             ("pressure.svg", figures::inviscid_pressure(nodes, solution, &title).map_err(|e| failed(&e))?),
         ];
         directory.write_all(files).map_err(|e| failed(&e))?;
     }
-    let failure = Failure::Computation(format!("{}: {}", arguments.point.shape, solution.status));
+    let failure = Failure::Computation(format!("{}: {}", arguments.point.shape.shape, solution.status));
     let end = if result.converged { Ok(()) } else { Err(failure) };
     if arguments.json {
         print_json(&result)?;
@@ -174,7 +174,7 @@ fn inviscid(
     }
     print(&format!(
         "{}, {} panels, inviscid, alpha {} degrees, M {}\n  CL {:.6}\n  Cm (c/4) {:.6}\n  Cp minimum {:.5}\n",
-        arguments.point.shape,
+        arguments.point.shape.shape,
         arguments.point.panels,
         solution.alpha.to_degrees(),
         arguments.point.mach,

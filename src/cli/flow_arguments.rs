@@ -1,15 +1,14 @@
 //! Arguments that `analyze` and `polar` share: section, panels, condition.
 
 use super::failure::Failure;
-use super::message::say;
+use super::shape_arguments::ShapeArguments;
 use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
-use crate::section::SectionDefinition;
 
 /// Section and condition on the command line.
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct FlowArguments {
-    /// naca2412, naca0012:sharp, kulfan:upper=0.2,0.2/lower=-0.1,-0.1, or the path of a coordinate file
-    pub shape: String,
+    #[command(flatten)]
+    pub shape: ShapeArguments,
     /// Reynolds number of the chord
     #[arg(long, default_value_t = 1e6)]
     pub reynolds: f64,
@@ -31,15 +30,6 @@ pub(super) struct FlowArguments {
 const MOST_PANELS: usize = 2000;
 
 impl FlowArguments {
-    /// Name of the section in a title: as given, or the name of its file without the way there.
-    pub fn name(&self) -> std::borrow::Cow<'_, str> {
-        let path = std::path::Path::new(&self.shape);
-        match path.file_name() {
-            Some(name) if path.is_file() => name.to_string_lossy(),
-            _ => self.shape.as_str().into(),
-        }
-    }
-
     /// The operating point at an angle of attack in degrees, or a lift coefficient.
     pub fn condition(&self, alpha: Option<f64>, lift: Option<f64>) -> Result<Condition, Failure> {
         let trips = match self.trip.as_deref() {
@@ -57,25 +47,13 @@ impl FlowArguments {
     }
 }
 
-/// The nodes and the factorised panels of the section, scaled to unit chord.
+/// The nodes and the factorised panels of the section, in the frame and unit of its coordinates.
 pub(super) fn panelled(arguments: &FlowArguments) -> Result<(Vec<[f64; 2]>, PanelledSection), Failure> {
-    let bad = |e: &dyn std::fmt::Display| {
-        let message = e.to_string();
-        let named = message.contains(&arguments.shape);
-        Failure::Input(if named { message } else { format!("{}: {message}", arguments.shape) })
-    };
+    let bad = |e: &dyn std::fmt::Display| arguments.shape.failure(e);
     if arguments.panels > MOST_PANELS {
         return Err(Failure::Input(format!("--panels {}: at most {MOST_PANELS}", arguments.panels)));
     }
-    let mut definition = SectionDefinition::parse(&arguments.shape).map_err(|e| bad(&e))?;
-    if let SectionDefinition::Coordinates(coordinates) = &definition {
-        for repair in coordinates.repairs() {
-            say(format_args!("{}: repaired: {repair}", arguments.shape));
-        }
-        // coefficients are on the chord
-        definition = SectionDefinition::Coordinates(coordinates.normalized().map_err(|e| bad(&e))?);
-    }
-    let section = definition.section().map_err(|e| bad(&e))?;
+    let section = arguments.shape.definition()?.section().map_err(|e| bad(&e))?;
     let parameters = panel_parameters(&section, arguments.panels + 1);
     let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
     let panels = PanelledSection::new(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;

@@ -18,6 +18,7 @@ mod polar;
 mod processor;
 mod run;
 mod section;
+mod shape_arguments;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;

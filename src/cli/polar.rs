@@ -44,8 +44,12 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     if let Some(directory) = &directory {
         let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
         let reliable: Vec<&Solution> = points.iter().filter_map(Point::reliable).collect();
-        let title =
-            format!("{}: M {}, Re {:.3e}", arguments.point.name(), arguments.point.mach, arguments.point.reynolds);
+        let title = format!(
+            "{}: M {}, Re {:.3e}",
+            arguments.point.shape.name(),
+            arguments.point.mach,
+            arguments.point.reynolds
+        );
         let files = [
             ("polar.csv", csv(&points)),
             ("polar.svg", figures::drag_polar(&reliable, &title).map_err(|e| failed(&e))?),
@@ -60,7 +64,7 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
                 AnalysisReport::refused(point.alpha, arguments.point.mach, arguments.point.reynolds, point.status())
             }
         });
-        print_json(&PolarReport { section: arguments.point.shape.clone(), points: reports.collect() })?;
+        print_json(&PolarReport { section: arguments.point.shape.shape.clone(), points: reports.collect() })?;
     } else {
         print(&table(&points))?;
     }
@@ -141,7 +145,7 @@ fn sweep(arguments: &PolarArguments, section: &PanelledSection, alphas: &[f64]) 
     if points.iter().all(|p| p.flow.is_err())
         && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
     {
-        return Err(Failure::Input(format!("{}: {failure}", arguments.point.shape)));
+        return Err(Failure::Input(format!("{}: {failure}", arguments.point.shape.shape)));
     }
     Ok(points)
 }

@@ -1,47 +1,30 @@
 //! `aeroform section`: builds a section, measures it and exports it.
 
 use super::failure::Failure;
-use super::message::say;
 use super::output::{print, print_json};
+use super::shape_arguments::ShapeArguments;
 use crate::cad;
 use crate::report::OutputDirectory;
 use crate::report::json::SectionReport;
-use crate::section::{Section, SectionDefinition, SectionError};
+use crate::section::Section;
 use std::path::Path;
 
 /// Arguments of `aeroform section`.
 #[derive(Debug, clap::Args)]
 pub(super) struct SectionArguments {
-    /// naca2412, naca0012:sharp, kulfan:upper=0.2,0.2/lower=-0.1,-0.1, or the path of a coordinate file
-    shape: String,
+    #[command(flatten)]
+    shape: ShapeArguments,
     /// Write the section to a file; the ending chooses the format: .dat (Selig), .svg, .step, .igs, .dxf or .csv
     #[arg(long, value_name = "FILE")]
     out: Option<String>,
-    /// Number of control points (default 101; coordinates are interpolated unless told)
-    #[arg(long, value_name = "N")]
-    control_points: Option<usize>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(arguments: &SectionArguments) -> Result<(), Failure> {
-    // errors of files name the file themselves
-    let bad = |error: SectionError| {
-        let message = error.to_string();
-        let named = message.contains(&arguments.shape);
-        Failure::Input(if named { message } else { format!("{}: {message}", arguments.shape) })
-    };
-    let mut definition = SectionDefinition::parse(&arguments.shape).map_err(bad)?;
-    if let Some(count) = arguments.control_points {
-        definition = definition.with_control_points(count).map_err(bad)?;
-    }
-    let section = definition.section().map_err(bad)?;
-    if let SectionDefinition::Coordinates(coordinates) = &definition {
-        for repair in coordinates.repairs() {
-            say(format_args!("{}: repaired: {repair}", arguments.shape));
-        }
-    }
+    let definition = arguments.shape.definition()?;
+    let section = definition.section().map_err(|error| arguments.shape.failure(&error))?;
     if let Some(path) = &arguments.out {
         let text = export(&section, Path::new(path))?;
         write_file(Path::new(path), text)?;

@@ -41,10 +41,28 @@ impl SectionDefinition {
     /// # Errors
     /// A text that names no section, or a file that cannot be read or holds none.
     pub fn parse(text: &str) -> Result<Self, SectionError> {
+        Self::parse_element(text, None)
+    }
+
+    /// Reads what [`parse`](Self::parse) reads, and of a coordinate file that holds several elements the one with the
+    /// given number, counted from one.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse); an element that the file does not have, or one of a section that is no file.
+    pub fn parse_element(text: &str, element: Option<usize>) -> Result<Self, SectionError> {
+        match (Self::parse_built(text)?, element) {
+            (Some(_), Some(_)) => Err(SectionError::NotCoordinates { option: "element" }),
+            (Some(definition), None) => Ok(definition),
+            (None, element) => Coordinates::read_element(Path::new(text.trim()), element).map(Self::Coordinates),
+        }
+    }
+
+    /// The section of a text that is not the path of a file.
+    fn parse_built(text: &str) -> Result<Option<Self>, SectionError> {
         let text = text.trim();
         let lower = text.to_ascii_lowercase();
         if let Some(rest) = lower.strip_prefix("kulfan:") {
-            return parse_kulfan(rest).map(Self::Kulfan);
+            return parse_kulfan(rest).map(|kulfan| Some(Self::Kulfan(kulfan)));
         }
         if let Some(rest) = lower.strip_prefix("naca") {
             let (digits, trailing_edge) = match rest.split_once(':') {
@@ -54,14 +72,14 @@ impl SectionDefinition {
             };
             let digits = digits.trim_start_matches([' ', '-', '_']);
             if !digits.is_empty() && is_digits(digits) {
-                return Self::naca(digits, trailing_edge);
+                return Self::naca(digits, trailing_edge).map(Some);
             }
         }
         let path = Path::new(text);
         if text.is_empty() || (!path.exists() && path.extension().is_none() && path.components().count() < 2) {
             return Err(SectionError::UnknownShape { text: text.into() });
         }
-        Coordinates::read(path).map(Self::Coordinates)
+        Ok(None)
     }
 
     /// A NACA section from its four or five digits.
@@ -94,6 +112,32 @@ impl SectionDefinition {
         Ok(self)
     }
 
+    /// These coordinates with a curve that passes the points within `tolerance`; see
+    /// [`Coordinates::with_fit_tolerance`].
+    ///
+    /// # Errors
+    /// A tolerance that is not a positive number, or a section that is not made of coordinates.
+    pub fn with_fit_tolerance(self, tolerance: f64) -> Result<Self, SectionError> {
+        match self {
+            Self::Coordinates(coordinates) => coordinates.with_fit_tolerance(tolerance).map(Self::Coordinates),
+            _ => Err(SectionError::NotCoordinates { option: "fit tolerance" }),
+        }
+    }
+
+    /// This definition with coordinates moved, turned and scaled to the chord; see [`Coordinates::normalized`].
+    ///
+    /// Every other section has its nose at the origin and its trailing edge at (1, 0) by construction, and stays as it
+    /// is.
+    ///
+    /// # Errors
+    /// Coordinates that make no section.
+    pub fn normalized(self) -> Result<Self, SectionError> {
+        match self {
+            Self::Coordinates(coordinates) => coordinates.normalized().map(Self::Coordinates),
+            other => Ok(other),
+        }
+    }
+
     /// Name of the section, such as "NACA 2412" or the title of its file.
     pub fn name(&self) -> &str {
         match self {
@@ -114,7 +158,7 @@ impl SectionDefinition {
         }
     }
 
-    /// Everything that was mended in the points of a file, in order; empty for every other section.
+    /// Everything that a user must know of the reading of a file, one entry per kind; empty for every other section.
     pub fn repairs(&self) -> &[Repair] {
         match self {
             Self::Coordinates(coordinates) => coordinates.repairs(),

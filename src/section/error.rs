@@ -81,6 +81,12 @@ pub enum SectionError {
         /// Largest number of control points.
         most: usize,
     },
+    /// An option for coordinates, given with another section.
+    #[error("{option} is an option for coordinate files only")]
+    NotCoordinates {
+        /// Name of the option.
+        option: &'static str,
+    },
     /// A sharp trailing edge whose two end control points differ.
     #[error("the trailing edge is sharp, but the curve ends {gap:.3e} from where it starts")]
     OpenTrailingEdge {
@@ -205,8 +211,22 @@ pub enum CoordinateError {
         /// Byte at that position.
         byte: u8,
     },
+    /// A file larger than any coordinate file.
+    #[error("the file has {bytes} bytes, at most {most} are read")]
+    TooLarge {
+        /// Size of the file in bytes.
+        bytes: u64,
+        /// Largest size that is read.
+        most: u64,
+    },
+    /// A file of another format.
+    #[error("this is {format}; wanted is a text of lines with two numbers, x and y")]
+    Format {
+        /// Name of the format, and what to do with it.
+        format: &'static str,
+    },
     /// A data line with a wrong number of fields.
-    #[error("line {line}: {found} numbers, wanted two (x and y)")]
+    #[error("line {line}: {}", columns(*.found))]
     Columns {
         /// Number of the line.
         line: usize,
@@ -214,7 +234,7 @@ pub enum CoordinateError {
         found: usize,
     },
     /// Text between data lines, or a field that is no number.
-    #[error("line {line}: '{text}' is not a number")]
+    #[error("line {line}: '{text}' is not a number; correct the line, or mark it as a comment with #")]
     NotANumber {
         /// Number of the line.
         line: usize,
@@ -238,6 +258,44 @@ pub enum CoordinateError {
         announced: usize,
         /// Number of points found.
         found: usize,
+    },
+    /// A file with several elements, of which none was chosen.
+    #[error(
+        "the file holds {} elements, which begin in lines {}; choose one with --element N (or `element = N`)",
+        lines.len(), listed(lines)
+    )]
+    SeveralElements {
+        /// Line of the first point of each element.
+        lines: Vec<usize>,
+    },
+    /// An element that the file does not have.
+    #[error("there is no element {element}; the file holds {count}")]
+    NoElement {
+        /// Number that was asked for.
+        element: usize,
+        /// Number of elements in the file.
+        count: usize,
+    },
+    /// The points make one surface only, from end to end.
+    #[error(
+        "the points run from one end of the section to the other, between lines {first} and {last}: one surface only; \
+         add the other one"
+    )]
+    OneSurface {
+        /// Line of the first point.
+        first: usize,
+        /// Line of the last point.
+        last: usize,
+    },
+    /// A fitted curve that has little to do with the points.
+    #[error("the curve leaves the points by {distance:.3} near line {line}; {}", advice(*.fitted))]
+    FarFromPoints {
+        /// Largest distance of the curve from the polygon through the points, in the unit of the file.
+        distance: f64,
+        /// Line of the point nearest to that place.
+        line: usize,
+        /// Whether the curve was fitted with fewer control points than it takes to meet all points.
+        fitted: bool,
     },
     /// There are too few different points.
     #[error("{found} different points, at least {needed} are needed")]
@@ -296,4 +354,21 @@ pub enum CoordinateError {
         /// Ordinate of the crossing.
         y: f64,
     },
+}
+
+fn columns(found: usize) -> String {
+    match found {
+        1 => "a single number, wanted two (x and y)".into(),
+        3 => "3 numbers, wanted two (x and y); a third column is left out where it is constant or counts the points"
+            .into(),
+        _ => format!("{found} numbers, wanted two (x and y)"),
+    }
+}
+
+fn listed(lines: &[usize]) -> String {
+    lines.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn advice(fitted: bool) -> &'static str {
+    if fitted { "take more control points or a smaller tolerance" } else { "correct the points there, or add some" }
 }

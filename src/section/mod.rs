@@ -17,7 +17,7 @@ mod naca;
 mod naca5;
 mod stations;
 
-pub use coordinates::{Coordinates, Repair};
+pub use coordinates::{Coordinates, Deviation, Repair};
 pub use curve::{Section, TrailingEdge};
 pub use definition::SectionDefinition;
 pub use error::{CoordinateError, KeyProblem, MeasureProblem, SectionError};

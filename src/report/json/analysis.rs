@@ -100,6 +100,7 @@ impl AnalysisReport {
         let coefficients = Coefficients { cl: none, cd: none, cm: none, cp_min: none, transition: [none; 2] };
         Self {
             converged: false,
+            beyond_model: false,
             status: reason,
             residual: f64::NAN,
             iterations: 0,

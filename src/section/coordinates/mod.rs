@@ -1,67 +1,100 @@
-//! Sections from lists of points: Selig and Lednicer files.
+//! Sections from lists of points: files of Selig, Lednicer and others.
 
-mod parse;
+mod columns;
+mod curve;
+mod deviation;
+mod elements;
+mod encoding;
+mod line;
+mod listing;
+mod number;
+mod orientation;
+mod outline;
 mod repair;
+mod rounding;
+mod strays;
 
+pub use deviation::Deviation;
 pub use repair::Repair;
 
 use super::measures::{farthest_parameter, outline_crossing};
-use super::stations::with_ends;
 use super::{CoordinateError, Section, SectionError, TrailingEdge};
-use crate::plane::{distance, middle};
+use crate::plane::{distance, dot, middle};
 use crate::scalar::Scalar;
-use crate::spline::{EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate};
-use parse::{Listing, Point};
-use repair::{Outline, assemble};
+use crate::spline::BSplineCurve;
+use curve::{Fit, Plan, extent, lines, real};
+use listing::{Listing, Point};
+use outline::{Outline, assemble};
+use repair::record;
+use std::io::Read;
 use std::path::Path;
+use strays::gaps;
 
 /// Points of a section in Selig order, read from a file or given, with a record of what was mended.
 ///
 /// *Selig*: an optional title, then the outline, a point `x y` per line, from the trailing edge round the nose and back.
 /// *Lednicer*: title, a line with the numbers of upper and lower points, then both surfaces from nose to tail. Also
-/// read: surfaces in either order or direction, two surfaces without a header, commas, semicolons or tabs, comments
-/// (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, the domain line of MSES, remarks at the end.
+/// read: surfaces in either order or direction, two surfaces without a header, one count per surface, files of OpenVSP
+/// (`.af`), AeroDyn and OpenFAST, MSES and ISES (with its domain, and `999. 999.` between elements), tables of three
+/// columns one of which is constant or counts the points, commas, semicolons or tabs, decimal commas, quotation marks,
+/// comments (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, UTF-8, UTF-16 or Windows text, remarks at
+/// the end.
 ///
-/// Points are kept as they stand, in their own unit and place ([`chord`](Self::chord) tells); see
-/// [`normalized`](Self::normalized). Every repair is recorded in [`repairs`](Self::repairs), and what cannot be mended
-/// without guessing is refused with the line.
+/// Points are kept as they stand, in their own unit, place and angle ([`chord`](Self::chord) tells); see
+/// [`normalized`](Self::normalized). Only a section with its nose to the right is mirrored left to right (what is above
+/// stays above), and one that stands upright and runs clockwise has x and y exchanged. Everything of this kind is
+/// recorded in [`repairs`](Self::repairs), and what cannot be mended without guessing is refused with the line.
 ///
 /// ```
 /// use aeroform::section::{Coordinates, Repair};
 /// let file = b"diamond\n1 0\n0.5 -0.06\n0 0\n0.5 0.06\n1 0\n";
 /// let coordinates = Coordinates::parse(file).unwrap();
 /// assert_eq!(coordinates.name(), "diamond");
-/// assert_eq!(coordinates.repairs(), [Repair::Reversed]);
+/// assert!(coordinates.repairs().contains(&Repair::Reversed));
 /// let section = coordinates.section().unwrap();
-/// assert!((section.curve().evaluate(section.nose_parameter())[0]).abs() < 0.01);
+/// assert!((section.area() - 0.06).abs() < 1e-12);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates<S = f64> {
     name: String,
     points: Vec<[S; 2]>,
+    /// Lines of the points.
+    lines: Vec<usize>,
     trailing_edge: TrailingEdge,
+    /// Repairs of reading, and then those of the curve.
     repairs: Vec<Repair>,
-    fit: Fit,
+    /// Number of repairs of reading.
+    read: usize,
+    /// Unit of the last digit of the points, zero where it is not known.
+    step: f64,
+    plan: Result<Plan, SectionError>,
 }
 
-/// How the curve follows the points.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Fit {
-    Interpolate,
-    Tolerance(f64),
-    ControlPoints(usize),
-}
+/// Distance of the curve from the polygon, as a share of the extent, that is reported.
+const REPORTED: f64 = 0.005;
 
 impl Coordinates {
     /// Reads a coordinate file; a file without a title is called by its name.
     ///
     /// # Errors
-    /// A file that cannot be read or holds no section.
+    /// A file that cannot be read or holds no section, or several elements.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SectionError> {
+        Self::read_element(path, None)
+    }
+
+    /// Reads one element of a coordinate file that may hold several, counted from one.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), and an element that is not there.
+    pub fn read_element(path: impl AsRef<Path>, element: Option<usize>) -> Result<Self, SectionError> {
         let path = path.as_ref();
-        let bytes =
-            std::fs::read(path).map_err(|error| SectionError::Read { path: path.into(), kind: error.kind() })?;
-        let mut coordinates = Self::parse(&bytes).map_err(|error| SectionError::File { path: path.into(), error })?;
+        let failed = |error: std::io::Error| SectionError::Read { path: path.into(), kind: error.kind() };
+        let file = std::fs::File::open(path).map_err(failed)?;
+        let mut bytes = Vec::new();
+        // one byte more than is allowed is enough to know
+        file.take(encoding::LARGEST_FILE as u64 + 1).read_to_end(&mut bytes).map_err(failed)?;
+        let mut coordinates =
+            Self::parse_element(&bytes, element).map_err(|error| SectionError::File { path: path.into(), error })?;
         if coordinates.name.is_empty() {
             coordinates.name = path.file_stem().map(|stem| stem.to_string_lossy().into()).unwrap_or_default();
         }
@@ -71,12 +104,17 @@ impl Coordinates {
     /// The section in the bytes of a coordinate file.
     ///
     /// # Errors
-    /// Bytes that hold no section; the error says what is wrong, and in which line.
+    /// Bytes that hold no section, or several elements; the error says what is wrong, and in which line.
     pub fn parse(bytes: &[u8]) -> Result<Self, CoordinateError> {
-        Self::from_listing(parse::parse(bytes)?)
+        Self::parse_element(bytes, None)
     }
 
-    fn from_listing(listing: Listing) -> Result<Self, CoordinateError> {
+    /// The section in the bytes of a coordinate file that may hold several elements, counted from one.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse), and an element that is not there.
+    pub fn parse_element(bytes: &[u8], element: Option<usize>) -> Result<Self, CoordinateError> {
+        let listing = listing::parse(bytes, element)?;
         let given: Vec<[f64; 2]> = listing.points.iter().map(|p| p.xy).collect();
         Self::mended(listing, &given)
     }
@@ -84,17 +122,17 @@ impl Coordinates {
 
 impl<S: Scalar> Coordinates<S> {
     /// The section with the given outline (arrays, or `nalgebra` points or vectors, of any scalar); mended as a file
-    /// would be.
+    /// would be, but not smoothed, since points in memory have no last digit.
     ///
     /// # Errors
     /// As [`parse`](Coordinates::parse), with lines counted from zero points.
     pub fn from_points(name: &str, points: &[impl Into<[S; 2]> + Copy]) -> Result<Self, CoordinateError> {
         let given: Vec<[S; 2]> = points.iter().map(|&p| p.into()).collect();
-        if let Some(value) = given.iter().flatten().map(|c| c.re()).find(|c| !parse::usable(*c)) {
+        if let Some(value) = given.iter().flatten().map(|c| c.re()).find(|c| !listing::usable(*c)) {
             return Err(CoordinateError::Value { line: 0, value });
         }
-        if given.len() > parse::MOST {
-            return Err(CoordinateError::TooManyPoints { found: given.len(), most: parse::MOST });
+        if given.len() > listing::MOST {
+            return Err(CoordinateError::TooManyPoints { found: given.len(), most: listing::MOST });
         }
         let points = given.iter().map(|p| Point { xy: p.map(|c| c.re()), line: 0, source: 0 }).collect();
         Self::mended(Listing { title: Some(name.into()), points, ..Listing::default() }, &given)
@@ -103,13 +141,18 @@ impl<S: Scalar> Coordinates<S> {
     /// Mends a listing by its real parts; its points in the order of the file are `given`.
     fn mended(mut listing: Listing, given: &[[S; 2]]) -> Result<Self, CoordinateError> {
         let name = listing.title.take().unwrap_or_default();
+        let step = listing.step;
         for (source, point) in listing.points.iter_mut().enumerate() {
             point.source = source;
         }
-        let Outline { points, trailing_edge, repairs } = assemble(listing)?;
+        let Outline { points, trailing_edge, repairs, map } = assemble(listing)?;
         // a closed trailing edge lies at a mean of two points, everything else where it was given
-        let derivatives = |source: usize| given[source].map(|c| c - c.re());
+        let derivatives = |source: usize| {
+            let own = given[source].map(|c| c - c.re());
+            map.map(|row| dot(row.map(S::from), own))
+        };
         let n = points.len();
+        let lines = lines(&points);
         let points = (0..n).map(|i| {
             let own = derivatives(points[i].source);
             let own = if trailing_edge == TrailingEdge::Sharp && (i == 0 || i + 1 == n) {
@@ -119,7 +162,54 @@ impl<S: Scalar> Coordinates<S> {
             };
             [0, 1].map(|d| own[d] + points[i].xy[d])
         });
-        Ok(Self { name, points: points.collect(), trailing_edge, repairs, fit: Fit::Interpolate })
+        let points: Vec<[S; 2]> = points.collect();
+        let plan = Plan::of(&real(&points), Fit::Interpolate, step);
+        let read = repairs.len();
+        let mut coordinates = Self { name, points, lines, trailing_edge, repairs, read, step, plan };
+        coordinates.report_curve();
+        Ok(coordinates)
+    }
+
+    /// These points with the curve made in another way.
+    fn planned(mut self, fit: Fit) -> Self {
+        self.plan = Plan::of(&real(&self.points), fit, self.step);
+        self.report_curve();
+        self
+    }
+
+    /// Records what a user must know of the curve.
+    fn report_curve(&mut self) {
+        self.repairs.truncate(self.read);
+        let points = real(&self.points);
+        let extent = extent(&points);
+        let Ok(plan) = &self.plan else { return };
+        for gap in gaps(&points, extent).into_iter().filter(|gap| !plan.straight.contains(gap)) {
+            let (line, distance) = (self.lines.get(gap).copied().unwrap_or(0), distance(points[gap], points[gap + 1]));
+            record(&mut self.repairs, Repair::GapSuspected { count: 1, line, distance });
+        }
+        let line = |index: usize| self.lines.get(index).copied().unwrap_or(0);
+        let Deviation { points: off, points_at, polygon, polygon_at } = plan.deviation;
+        let corner = plan.corners.first().map(|&at| plan.places[at].0);
+        if let Some(first) = plan.straight.first().copied().into_iter().chain(corner).min() {
+            let (sides, corners) = (plan.straight.len(), plan.corners.len());
+            self.repairs.push(Repair::KeptStraight { sides, corners, line: line(first) });
+        }
+        if plan.drawn.is_some() {
+            self.repairs.push(Repair::DrawnToPolygon { excess: plan.excess });
+        }
+        match (plan.fit, plan.smoothing) {
+            (Fit::Interpolate, None) => {}
+            (Fit::Interpolate, Some(_)) => {
+                self.repairs.push(Repair::Smoothed { step: self.step, distance: off, line: line(points_at) });
+            }
+            _ => {
+                let control_points = plan.control_points(&points).unwrap_or(0);
+                self.repairs.push(Repair::Fitted { control_points, distance: off, line: line(points_at) });
+            }
+        }
+        if polygon > REPORTED * extent {
+            self.repairs.push(Repair::LeavesPolygon { distance: polygon, line: line(polygon_at) });
+        }
     }
 
     /// Name of the section: the title of its file.
@@ -132,7 +222,8 @@ impl<S: Scalar> Coordinates<S> {
         &self.points
     }
 
-    /// Everything that was mended, in the order in which it was done.
+    /// Everything that a user must know of the reading: what was mended, in the order in which it was done, and then
+    /// what is unusual about the curve; one entry per kind.
     pub fn repairs(&self) -> &[Repair] {
         &self.repairs
     }
@@ -152,15 +243,34 @@ impl<S: Scalar> Coordinates<S> {
         self.points.iter().fold(S::from(0.0), farther)
     }
 
-    /// The points turned, moved and scaled so that the nose of the curve is the origin and the middle of the trailing
-    /// edge is (1, 0).
+    /// How far the curve of [`section`](Self::section) is from the points and from the straight lines between them, in
+    /// the unit of the file.
+    ///
+    /// # Errors
+    /// A curve that cannot be made.
+    pub fn deviation(&self) -> Result<Deviation, SectionError> {
+        self.plan.as_ref().map(|plan| plan.deviation).map_err(Clone::clone)
+    }
+
+    /// The points moved, turned and scaled so that the nose of the curve is the origin and the middle of the trailing
+    /// edge is (1, 0), with the transform among the [`repairs`](Self::repairs).
     ///
     /// # Errors
     /// As [`section`](Self::section).
     pub fn normalized(&self) -> Result<Self, SectionError> {
         let frame = self.section()?.chord_frame()?;
-        let points = self.points.iter().map(|&p| frame.coordinates(p).map(|c| c / frame.chord)).collect();
-        Ok(Self { points, ..self.clone() })
+        let points: Vec<[S; 2]> = self.points.iter().map(|&p| frame.coordinates(p).map(|c| c / frame.chord)).collect();
+        let (origin, [cosine, sine], scale) =
+            (frame.origin.map(|c| c.re()), frame.axis.map(|c| c.re()), frame.chord.re().recip());
+        let mut normalized = Self { points, step: self.step * scale, ..self.clone() };
+        normalized.repairs.truncate(self.read);
+        normalized.repairs.push(Repair::Normalized { shift: origin.map(|c| -c), turn: (-sine).atan2(cosine), scale });
+        normalized.read = normalized.repairs.len();
+        let fit = match self.plan.as_ref().map_or(Fit::Interpolate, |plan| plan.fit) {
+            Fit::Tolerance(tolerance) => Fit::Tolerance(tolerance * scale),
+            other => other,
+        };
+        Ok(normalized.planned(fit))
     }
 
     /// These points with a curve that passes them within `tolerance` (in the unit of the file) with as few knots as
@@ -170,7 +280,7 @@ impl<S: Scalar> Coordinates<S> {
     /// A tolerance that is not a positive number.
     pub fn with_fit_tolerance(self, tolerance: f64) -> Result<Self, SectionError> {
         super::naca::check_range("fit tolerance", tolerance, 0.0, f64::INFINITY)?;
-        Ok(Self { fit: Fit::Tolerance(tolerance), ..self })
+        Ok(self.planned(Fit::Tolerance(tolerance)))
     }
 
     /// These points with a least-squares curve of so many control points instead of an interpolating one.
@@ -183,37 +293,47 @@ impl<S: Scalar> Coordinates<S> {
             let most = self.points.len();
             return Err(SectionError::FitControlPoints { found: control_points, least: LEAST, most });
         }
-        Ok(Self { fit: Fit::ControlPoints(control_points), ..self })
+        Ok(self.planned(Fit::ControlPoints(control_points)))
     }
 
     /// The section: a C2 cubic spline through the points (natural ends, chord-length parameters), or near them if a fit
-    /// was asked for. Its nose parameter is that of the point farthest from the trailing edge.
+    /// was asked for or the points are rounded more coarsely than they are spaced.
+    ///
+    /// Sides far longer than their neighbours that such a curve would leave are kept straight, with corners (knots of
+    /// multiplicity three) where the outline turns sharply at their ends. The nose parameter is that of the point
+    /// farthest from the trailing edge.
     ///
     /// Parameters and knots follow from the real parts of the points and are plain numbers, so that the control points
     /// are linear in the points.
     ///
     /// # Errors
-    /// A curve that crosses itself between the points, a fit that is not possible.
+    /// A curve that crosses itself between the points, a fit that is not possible or far from the points.
     pub fn section(&self) -> Result<Section<S>, SectionError> {
-        let real: Vec<[f64; 2]> = self.points.iter().map(|p| p.map(|c| c.re())).collect();
-        let parameters: Vec<f64> = chord_length_parameters(&real)?;
-        let mut curve = match self.fit {
-            Fit::Interpolate => interpolate(&parameters, &self.points, EndCondition::Natural)?,
-            Fit::Tolerance(tolerance) => fit_to_tolerance(&parameters, &self.points, 3, tolerance)?,
-            Fit::ControlPoints(n) => fit(&parameters, &self.points, even_knots(&parameters, n)?)?,
-        };
-        if let [first, .., last] = self.points[..] {
-            curve = with_ends(&curve, first, last)?;
-        }
+        let plan = self.plan.as_ref().map_err(Clone::clone)?;
+        plan.check(&real(&self.points), &self.lines)?;
+        let curve = plan.curve(&self.points)?;
         let real = curve.real();
         if let Some(crossing) = outline_crossing(&real) {
             let [x, y] = crossing.point;
             return Err(CoordinateError::CurveCrossing { x, y }.into());
         }
-        let nose = farthest_parameter(&real, self.tail().map(|c| c.re()))?;
+        let nose = self.nose_parameter(plan, &real)?;
         let section = Section::new(curve, self.trailing_edge, nose, self.name.as_str())?;
         let area = section.area().re();
         if area > 0.0 { Ok(section) } else { Err(CoordinateError::NoArea { chord: self.chord().re(), area }.into()) }
+    }
+
+    /// Parameter of the point of the curve farthest from the trailing edge; at a corner there is no extreme to search.
+    fn nose_parameter(&self, plan: &Plan, curve: &BSplineCurve<f64>) -> Result<f64, SectionError> {
+        let tail = self.tail().map(|c| c.re());
+        let from_tail = |u: f64| distance(curve.point_at(u), tail);
+        let corners = plan.corners.iter().map(|&at| plan.parameters[at]);
+        let corner = corners.max_by(|&a, &b| from_tail(a).total_cmp(&from_tail(b)));
+        match (farthest_parameter(curve, tail), corner) {
+            (Ok(smooth), Some(corner)) if from_tail(corner) >= from_tail(smooth) => Ok(corner),
+            (Err(_), Some(corner)) => Ok(corner),
+            (found, _) => found,
+        }
     }
 
     /// Middle of the trailing edge; there are points, or nothing was assembled.
@@ -222,179 +342,5 @@ impl<S: Scalar> Coordinates<S> {
     }
 }
 
-/// Cubic knots that share the data evenly.
-fn even_knots(parameters: &[f64], control_points: usize) -> Result<KnotVector, SectionError> {
-    let spans = control_points - 3;
-    let last = parameters.len() - 1;
-    let inner = (1..spans).map(|i| {
-        let at = i as f64 * last as f64 / spans as f64;
-        let (index, rest) = (at.floor() as usize, at.fract());
-        let next = parameters[(index + 1).min(last)];
-        parameters[index] + (next - parameters[index]) * rest
-    });
-    Ok(KnotVector::clamped(3, 0.0, 1.0, inner)?)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::section::SectionDefinition;
-
-    fn naca() -> Vec<[f64; 2]> {
-        SectionDefinition::parse("naca4412").unwrap().section().unwrap().points(99)
-    }
-
-    fn file(points: impl IntoIterator<Item = [f64; 2]>) -> String {
-        points.into_iter().map(|[x, y]| format!("{x} {y}\n")).collect()
-    }
-
-    fn parse(text: &str) -> Result<Coordinates, CoordinateError> {
-        Coordinates::parse(text.as_bytes())
-    }
-
-    #[test]
-    fn selig_files_come_back_to_the_bit() {
-        for text in ["naca4412", "naca0012:sharp", "naca23112", "kulfan:upper=0.1,0.3/lower=-0.2,0.1"] {
-            let section = SectionDefinition::parse(text).unwrap().section().unwrap();
-            let read = parse(&section.selig()).unwrap();
-            assert_eq!(read.points(), section.points(99));
-            assert_eq!((read.name(), read.trailing_edge()), (section.name(), section.trailing_edge()));
-            assert_eq!(read.repairs(), []);
-            // and again through the curve of the file
-            let again = read.section().unwrap();
-            for (a, b) in again.points(99).iter().zip(read.points()) {
-                assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-15);
-            }
-            assert!((again.area() / section.area() - 1.0).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn every_arrangement_gives_the_same_outline() {
-        let points = naca();
-        let (upper, lower) = (&points[..50], &points[49..]);
-        let to_nose = |p: &[[f64; 2]]| p.to_vec();
-        let reversed = |p: &[[f64; 2]]| p.iter().rev().copied().collect::<Vec<_>>();
-        let header = "50. 50.\n\n";
-        let arrangements = [
-            file(points.clone()),
-            file(reversed(&points)),
-            // Lednicer, either surface first, from nose to tail or back
-            format!("title\n{header}{}\n{}", file(reversed(upper)), file(to_nose(lower))),
-            format!("title\n{header}{}\n{}", file(to_nose(lower)), file(reversed(upper))),
-            format!("title\n{header}{}\n{}", file(to_nose(upper)), file(reversed(lower))),
-            // the same without a header, divided by a blank line, by a heading, or not at all
-            format!("{}\n{}", file(reversed(upper)), file(to_nose(lower))),
-            format!("{}lower surface\n{}", file(reversed(upper)), file(to_nose(lower))),
-            format!("{}{}", file(to_nose(lower)), file(reversed(upper))),
-            // from the nose round the tail
-            format!("{}{}", file(to_nose(lower)), file(to_nose(&upper[..49]))),
-            format!("{}{}", file(reversed(upper)), file(reversed(&lower[1..]))),
-        ];
-        for text in arrangements {
-            let read = parse(&format!("title\n{text}")).unwrap();
-            assert_eq!(read.points(), points, "{:?}", read.repairs());
-        }
-    }
-
-    #[test]
-    fn repairs_are_recorded() {
-        let points = naca();
-        let sharp = SectionDefinition::parse("naca4412:sharp").unwrap().section().unwrap().points(99);
-        // a duplicate
-        let mut text: Vec<_> = points.clone();
-        text.insert(10, points[9]);
-        let read = parse(&file(text)).unwrap();
-        assert_eq!(read.repairs(), [Repair::DuplicateDropped { line: 11 }]);
-        assert_eq!(read.points(), points);
-        // two points exchanged
-        let mut text = points.clone();
-        text.swap(20, 21);
-        let read = parse(&file(text)).unwrap();
-        assert_eq!((read.repairs(), read.points()), (&[Repair::Sorted { count: 2 }][..], &points[..]));
-        // the base drawn, with a point in its middle at both ends or as a closing line
-        let mut text = points.clone();
-        let middle = [0.5 * (points[0][0] + points[98][0]), 0.5 * (points[0][1] + points[98][1])];
-        text.insert(0, middle);
-        text.push(middle);
-        let read = parse(&file(text)).unwrap();
-        assert_eq!(read.repairs(), [Repair::BasePointDropped { line: 1 }, Repair::BasePointDropped { line: 101 }]);
-        assert_eq!(read.points(), points);
-        let mut text = points.clone();
-        text.push(points[0]);
-        assert_eq!(parse(&file(text)).unwrap().points(), points);
-        // the sharp trailing edge named once only, or with rounding
-        let read = parse(&file(sharp[..98].to_vec())).unwrap();
-        assert_eq!(read.trailing_edge(), TrailingEdge::Blunt, "a step of 0.001 may be meant");
-        let coarse: Vec<_> = sharp.iter().step_by(2).copied().collect();
-        let read = parse(&file(coarse[..coarse.len() - 1].to_vec())).unwrap();
-        assert!(matches!(read.repairs(), [Repair::TrailingEdgeCompleted { .. }]), "{:?}", read.repairs());
-        assert_eq!((read.points(), read.trailing_edge()), (&coarse[..], TrailingEdge::Sharp));
-        let mut text = sharp.clone();
-        text[98][1] = 1e-8;
-        let read = parse(&file(text)).unwrap();
-        assert_eq!(read.repairs(), [Repair::TrailingEdgeClosed { gap: 1e-8 }]);
-        assert_eq!(read.points()[0], read.points()[98]);
-        // remarks
-        let read =
-            parse(&format!("title\n{}\nby hand, 12 May 2001\n28/12/2005 1.0 2.0\n", file(points.clone()))).unwrap();
-        assert_eq!(read.repairs(), [Repair::RemarkIgnored { line: 102 }, Repair::RemarkIgnored { line: 103 }]);
-    }
-
-    #[test]
-    fn what_is_no_section_is_refused() {
-        use CoordinateError as E;
-        let points = naca();
-        assert!(matches!(parse("t\n0.5 0.5\n"), Err(E::TooFewPoints { found: 1, needed: 4 })));
-        assert!(matches!(parse("t\n1 0\n0 0\n1 0\n"), Err(E::TooFewPoints { .. })));
-        assert!(matches!(parse(&"0.5 0.5\n".repeat(50)), Err(E::TooFewPoints { found: 1, .. })));
-        assert!(matches!(parse("1 0\n0.5 0\n0.2 0\n0 0\n0.5 0\n1 0\n"), Err(E::NoArea { .. })));
-        // a figure of eight
-        let eight = points.iter().map(|p| [p[0], p[1] * (p[0] - 0.4)]);
-        assert!(matches!(parse(&file(eight)), Err(E::SelfCrossing { .. })));
-        // cut off
-        assert!(matches!(parse(&file(points[..80].to_vec())), Err(E::Unfinished { line: 80, .. })));
-        // thrown together
-        let shuffled = (0..99).map(|i| points[(i * 37) % 99]);
-        assert!(parse(&file(shuffled)).is_err());
-        let tiny = points.iter().map(|p| p.map(|c| c * 1e-12));
-        assert!(matches!(parse(&file(tiny)), Err(E::NoArea { .. })));
-        assert!(matches!(Coordinates::from_points("", &[[0.0, f64::NAN]]), Err(E::Value { line: 0, .. })));
-        assert!(Coordinates::from_points("", &points).is_ok());
-    }
-
-    #[test]
-    fn any_unit_and_place_will_do() {
-        let points = naca();
-        let moved: Vec<[f64; 2]> = points.iter().map(|p| [300.0 * p[0] - 40.0, 300.0 * p[1] + 7.0]).collect();
-        let read = parse(&file(moved.clone())).unwrap();
-        assert_eq!((read.points(), read.repairs()), (&moved[..], &[][..]));
-        assert!((read.chord() - 300.0).abs() < 0.1);
-        let section = read.normalized().unwrap().section().unwrap();
-        let frame = section.chord_frame().unwrap();
-        assert!(frame.origin.iter().all(|c| c.abs() < 1e-12) && (frame.chord - 1.0).abs() < 1e-12);
-        assert!(section.trailing_edge_middle()[1].abs() < 1e-12);
-        assert!((section.area() - read.section().unwrap().area() / 9e4).abs() < 1e-4);
-    }
-
-    #[test]
-    fn fits_smooth_rounded_points() {
-        let rounded = naca().into_iter().map(|p| p.map(|c| (c * 1e3).round() / 1e3));
-        let read = parse(&file(rounded)).unwrap();
-        let rough = read.section().unwrap();
-        let smooth = read.clone().with_fit_tolerance(7e-4).unwrap().section().unwrap();
-        assert!(smooth.curve().control_points().len() < rough.curve().control_points().len());
-        let bends = |s: &Section| s.curvature_reversals(0.05).iter().sum::<usize>();
-        assert!(bends(&smooth) < bends(&rough), "{} {}", bends(&smooth), bends(&rough));
-        for p in read.points() {
-            assert!(smooth.curve().closest_point(*p).unwrap().distance() < 7.1e-4);
-        }
-        let few = SectionDefinition::Coordinates(read.clone()).with_control_points(31).unwrap().section().unwrap();
-        assert_eq!(few.curve().control_points().len(), 31);
-        for n in [3, 100] {
-            let error = read.clone().with_control_points(n).unwrap_err();
-            assert_eq!(error, SectionError::FitControlPoints { found: n, least: 7, most: read.points().len() });
-        }
-        assert!(read.with_fit_tolerance(-1.0).is_err());
-    }
-}
+mod tests;

@@ -1,25 +1,120 @@
-//! From numbered points to one loop in Selig order, with every change recorded.
+//! [`Repair`]: everything about the reading of coordinates that a user must know.
 
-use super::parse::{Listing, Point};
-use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
-use crate::section::{CoordinateError, TrailingEdge};
-
-/// A change that was made to the points of a file. Line numbers count from one; 0 where the points came from memory.
+/// A change that was made to the points of a file, or an assumption or a warning about them; one per kind, with a count.
+///
+/// Line numbers count from one and name the first place; 0 where the points came from memory. Lengths are in the unit
+/// of the file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Repair {
-    /// A line of text after the first point was passed over.
-    #[error("line {line}: text passed over")]
+    /// Lines of text after the first point were passed over.
+    #[error("{} of text passed over, the first in line {line}", lines(*.count))]
     RemarkIgnored {
-        /// Number of the line.
+        /// Number of lines.
+        count: usize,
+        /// Line of the first.
         line: usize,
     },
-    /// A point at the place of the one before it was dropped.
-    #[error("line {line}: point repeats the one before it, dropped")]
+    /// Dashes of printed text (Unicode) were read as minus signs.
+    #[error("dashes read as minus signs in {}, the first is line {line}", lines(*.count))]
+    DashesRead {
+        /// Number of lines.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+    },
+    /// Commas were read as decimal points.
+    #[error("decimal commas read in {}, the first is line {line}", lines(*.count))]
+    DecimalCommasRead {
+        /// Number of lines.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+    },
+    /// Numbers with nothing between them were told apart by their signs or decimals.
+    #[error("touching columns told apart in {}, the first is line {line}", lines(*.count))]
+    ColumnsSeparated {
+        /// Number of lines.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+    },
+    /// A first column that counts the points was left out.
+    #[error("the first column counts the points, left out")]
+    IndexDropped,
+    /// A column in which every number is the same was left out: the section lies in a plane.
+    #[error("column {column} is {value} throughout, left out")]
+    PlaneFound {
+        /// Number of the column, from one.
+        column: usize,
+        /// The number in it.
+        value: f64,
+    },
+    /// One of several elements was taken.
+    #[error("element {element} of {count} taken, which begins in line {line}")]
+    ElementTaken {
+        /// Number of the element, from one.
+        element: usize,
+        /// Number of elements in the file.
+        count: usize,
+        /// Line of its first point.
+        line: usize,
+    },
+    /// Points at the place of the one before them were dropped.
+    #[error("{} repeating the one before dropped, the first in line {line}", points(*.count))]
     DuplicateDropped {
-        /// Number of the line.
+        /// Number of points.
+        count: usize,
+        /// Line of the first.
         line: usize,
     },
+    /// Points before or behind the outline were dropped: the others make a closed outline without them.
+    #[error("{} away from the outline dropped (a point of reference?), the first in line {line}", points(*.count))]
+    StrayDropped {
+        /// Number of points.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+    },
+    /// Points that stand far off the smooth line of all their neighbours were dropped.
+    #[error("{} off the line of the neighbours (by {distance:.2e} or more) dropped, the first in line {line}", points(*.count))]
+    SpikeDropped {
+        /// Number of points.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+        /// Smallest of the distances from the line of the neighbours.
+        distance: f64,
+    },
+    /// Points stand off the line of their neighbours, too little to be dropped.
+    #[error(
+        "{} perhaps wrong: off the line of the neighbours (by up to {distance:.2e}), kept, the first in line {line}",
+        points(*.count)
+    )]
+    SpikeSuspected {
+        /// Number of points.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+        /// Largest of the distances from the line of the neighbours.
+        distance: f64,
+    },
+    /// Neighbouring points far more apart than those around them.
+    #[error("{} in the outline, the first behind line {line}, the longest {distance:.2e}: points may be missing", plural(*.count, "gap", "gaps"))]
+    GapSuspected {
+        /// Number of gaps.
+        count: usize,
+        /// Line of the point before the first.
+        line: usize,
+        /// Length of the longest.
+        distance: f64,
+    },
+    /// The nose lay to the right; the section was mirrored left to right, so that what is above stays above.
+    #[error("the nose lay to the right; mirrored left to right (x changed its sign), above stays above")]
+    Mirrored,
+    /// The first number of each line was the ordinate; x and y were exchanged.
+    #[error("the section stood upright and ran clockwise; x and y exchanged")]
+    AxesExchanged,
     /// The outline ran clockwise and was reversed.
     #[error("the outline ran over the lower surface first, reversed")]
     Reversed,
@@ -30,16 +125,20 @@ pub enum Repair {
         line: usize,
     },
     /// Points on the base of a blunt trailing edge were dropped; the base is no part of the curve.
-    #[error("line {line}: point on the base of the trailing edge, dropped")]
+    #[error("{} on the base of the trailing edge dropped, the first in line {line}", points(*.count))]
     BasePointDropped {
-        /// Number of the line.
+        /// Number of points.
+        count: usize,
+        /// Line of the first.
         line: usize,
     },
-    /// Points of a surface that were out of order were sorted along the chord.
-    #[error("{count} points of a surface were out of order, sorted along the chord")]
+    /// Points that were out of order were sorted along the outline.
+    #[error("{} out of order sorted along the outline, the first in line {line}", points(*.count))]
     Sorted {
         /// Number of points that changed their place.
         count: usize,
+        /// Line of the first.
+        line: usize,
     },
     /// One surface ended short of the trailing edge and was closed to the end of the other one.
     #[error("one surface ended {distance:.4} short of the trailing edge, closed")]
@@ -53,270 +152,124 @@ pub enum Repair {
         /// Height of the gap, in the unit of the file.
         gap: f64,
     },
+    /// The curve was kept straight where a smooth one would leave the points, and turns sharply at corners.
+    #[error(
+        "the curve is kept straight along {} far longer than the neighbours, with {}, from line {line} on; points may be \
+         missing there",
+        plural(*.sides, "side", "sides"), plural(*.corners, "corner", "corners")
+    )]
+    KeptStraight {
+        /// Number of sides drawn by their ends only.
+        sides: usize,
+        /// Number of corners of the curve.
+        corners: usize,
+        /// Line of the point before the first such side, or at the first corner.
+        line: usize,
+    },
+    /// The points are so few that the area within a smooth curve differs from that of the polygon; the curve was drawn
+    /// towards the polygon.
+    #[error(
+        "a smooth curve through the points would enclose {:+.1} % more than the polygon does: drawn towards its sides; \
+         give more points", 100.0 * excess
+    )]
+    DrawnToPolygon {
+        /// Area of the smooth curve over that of the polygon, less one.
+        excess: f64,
+    },
+    /// The points are rounded more coarsely than they are spaced, and the curve smooths them.
+    #[error(
+        "the points are rounded to {step:.0e}, more coarsely than they are spaced: smoothed, the curve leaves them by \
+         {distance:.2e} at most (line {line})"
+    )]
+    Smoothed {
+        /// Unit of the last digit of the file.
+        step: f64,
+        /// Largest distance of a point from the curve.
+        distance: f64,
+        /// Line of that point.
+        line: usize,
+    },
+    /// The curve was fitted to the points with fewer control points, as was asked for.
+    #[error(
+        "fitted with {control_points} control points, the curve leaves the points by {distance:.2e} at most (line {line})"
+    )]
+    Fitted {
+        /// Number of control points of the curve.
+        control_points: usize,
+        /// Largest distance of a point from the curve.
+        distance: f64,
+        /// Line of that point.
+        line: usize,
+    },
+    /// The curve leaves the polygon through the points by more than smooth and well-spaced points would let it.
+    #[error(
+        "the curve leaves the straight lines between the points by {distance:.2e} behind line {line}; points may be \
+         missing there"
+    )]
+    LeavesPolygon {
+        /// Largest distance of the curve from the polygon.
+        distance: f64,
+        /// Line of the point before that place.
+        line: usize,
+    },
+    /// The points were turned, moved and scaled to the chord, as was asked for.
+    #[error(
+        "normalized: moved by ({:.9}, {:.9}), turned by {:.6} degrees, scaled by {scale:.9}",
+        shift[0], shift[1], turn.to_degrees()
+    )]
+    Normalized {
+        /// The first step: what was added to every point.
+        shift: [f64; 2],
+        /// The second step: angle about the origin in radians, counter-clockwise positive.
+        turn: f64,
+        /// The last step: factor of all lengths.
+        scale: f64,
+    },
 }
 
-/// A loop from the upper to the lower trailing edge.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Outline {
-    pub points: Vec<Point>,
-    pub trailing_edge: TrailingEdge,
-    pub repairs: Vec<Repair>,
-}
-
-/// Different points that make a section.
-const FEWEST: usize = 4;
-/// Rounds of repairs after which a file counts as beyond repair.
-const ROUNDS: usize = 8;
-/// Points nearer than this share of the extent are the same.
-const SAME: f64 = 1e-8;
-/// A gap below this share of the extent is rounding of a file, not a base.
-const CLOSED: f64 = 1e-6;
-/// A surface that ends further (in extents) before the other has lost points.
-const LONGEST_COMPLETION: f64 = 0.05;
-/// A step of this share of the extent divides two surfaces listed one after the other.
-const LEAP: f64 = 0.75;
-
-pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
-    let mut repairs: Vec<Repair> = listing.remarks.iter().map(|&line| Repair::RemarkIgnored { line }).collect();
-    let mut points = join_surfaces(&listing.points, listing.lednicer, &listing.breaks);
-    // one repair may call for another; what comes out must need none
-    for _ in 0..ROUNDS {
-        let (before, recorded) = (points.clone(), repairs.len());
-        let trailing_edge = mend(&mut points, &mut repairs)?;
-        if points == before && repairs.len() == recorded {
-            if let Some((i, j, [x, y])) = polygon_crossing(&points) {
-                return Err(CoordinateError::SelfCrossing { first: points[i].line, second: points[j].line, x, y });
+impl Repair {
+    /// Takes another repair into this one if both are of one kind that is counted.
+    fn absorb(&mut self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::RemarkIgnored { count, .. }, Self::RemarkIgnored { count: more, .. })
+            | (Self::DashesRead { count, .. }, Self::DashesRead { count: more, .. })
+            | (Self::DecimalCommasRead { count, .. }, Self::DecimalCommasRead { count: more, .. })
+            | (Self::ColumnsSeparated { count, .. }, Self::ColumnsSeparated { count: more, .. })
+            | (Self::DuplicateDropped { count, .. }, Self::DuplicateDropped { count: more, .. })
+            | (Self::StrayDropped { count, .. }, Self::StrayDropped { count: more, .. })
+            | (Self::BasePointDropped { count, .. }, Self::BasePointDropped { count: more, .. })
+            | (Self::Sorted { count, .. }, Self::Sorted { count: more, .. }) => *count += more,
+            (Self::SpikeDropped { count, distance, .. }, Self::SpikeDropped { count: more, distance: another, .. }) => {
+                (*count, *distance) = (*count + more, distance.min(*another))
             }
-            return Ok(Outline { points, trailing_edge, repairs });
-        }
-        points = join_surfaces(&points, None, &[]);
-    }
-    Err(CoordinateError::Unsettled)
-}
-
-/// One round of repairs.
-fn mend(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) -> Result<TrailingEdge, CoordinateError> {
-    let extent = extent(points);
-    drop_duplicates(points, extent, repairs);
-    if points.len() < FEWEST {
-        return Err(CoordinateError::TooFewPoints { found: points.len(), needed: FEWEST });
-    }
-    let area = signed_area(points).abs();
-    // written so that NaN fails
-    if !(area > 1e-6 * extent * extent && extent > 1e-9) {
-        return Err(CoordinateError::NoArea { chord: extent, area });
-    }
-    begin_at_tail(points, extent, repairs);
-    drop_base(points, extent, repairs);
-    complete_tail(points, extent, repairs)?;
-    sort_surfaces(points, extent, repairs);
-    if signed_area(points) < 0.0 {
-        points.reverse();
-        repairs.push(Repair::Reversed);
-    }
-    let trailing_edge = close_tail(points, extent, repairs);
-    let different = points.len() - usize::from(trailing_edge == TrailingEdge::Sharp);
-    if different < FEWEST {
-        return Err(CoordinateError::TooFewPoints { found: different, needed: FEWEST });
-    }
-    Ok(trailing_edge)
-}
-
-pub(super) fn distance(a: &Point, b: &Point) -> f64 {
-    plane::distance(a.xy, b.xy)
-}
-
-/// Larger side of the bounding box.
-fn extent(points: &[Point]) -> f64 {
-    let [x, y] = bounds(points.iter().map(|p| p.xy));
-    // no points have no extent
-    (x[1] - x[0]).max(y[1] - y[0]).max(0.0)
-}
-
-fn signed_area(points: &[Point]) -> f64 {
-    let Some(first) = points.first() else { return 0.0 };
-    points.windows(2).map(|w| 0.5 * cross(minus(w[0].xy, first.xy), minus(w[1].xy, first.xy))).sum()
-}
-
-/// One chain of points. Lednicer files, and files that list two surfaces without a header, give two: the first is
-/// turned round so that they meet at the nose.
-fn join_surfaces(points: &[Point], lednicer: Option<[usize; 2]>, breaks: &[usize]) -> Vec<Point> {
-    let extent = extent(points);
-    let divide = match lednicer {
-        Some([upper, _]) => Some(upper),
-        None => divide_at(points, breaks, extent),
-    };
-    let Some(at) = divide else { return points.to_vec() };
-    let (a, b) = points.split_at(at);
-    let (Some(a_first), Some(a_last), Some(b_first), Some(b_last)) = (a.first(), a.last(), b.first(), b.last()) else {
-        return points.to_vec();
-    };
-    // the two ends that lie furthest to the left (together) are the nose
-    let nose_first = a_first.xy[0] <= a_last.xy[0];
-    let nose_second = b_first.xy[0] <= b_last.xy[0];
-    let mut chain: Vec<Point> = if nose_first { a.iter().rev().copied().collect() } else { a.to_vec() };
-    let second: Vec<Point> = if nose_second { b.to_vec() } else { b.iter().rev().copied().collect() };
-    // both surfaces name the nose
-    let shared = chain.last().zip(second.first()).is_some_and(|(a, b)| distance(a, b) <= SAME * extent);
-    chain.extend(second.into_iter().skip(usize::from(shared)));
-    chain
-}
-
-/// Where a file without a header changes from one surface to the other by a leap back along the chord.
-fn divide_at(points: &[Point], breaks: &[usize], extent: f64) -> Option<usize> {
-    let leap = |i: usize| distance(&points[i - 1], &points[i]);
-    let longest = (1..points.len()).max_by(|&i, &j| leap(i).total_cmp(&leap(j)))?;
-    // a surface of two points is a straight one, drawn from end to end
-    let both = longest >= 2 && points.len() - longest >= 2;
-    let at_break = breaks.contains(&longest) && leap(longest) > 0.5 * extent;
-    (both && (leap(longest) > LEAP * extent || at_break)).then_some(longest)
-}
-
-fn drop_duplicates(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
-    let mut kept: Vec<Point> = Vec::with_capacity(points.len());
-    for point in points.iter() {
-        match kept.last() {
-            Some(last) if distance(last, point) <= SAME * extent => {
-                repairs.push(Repair::DuplicateDropped { line: point.line });
+            (
+                Self::SpikeSuspected { count, distance, .. },
+                Self::SpikeSuspected { count: more, distance: another, .. },
+            ) => (*count, *distance) = (*count + more, distance.max(*another)),
+            (Self::GapSuspected { count, distance, .. }, Self::GapSuspected { count: more, distance: another, .. }) => {
+                (*count, *distance) = (*count + more, distance.max(*another))
             }
-            _ => kept.push(*point),
+            _ => return false,
         }
-    }
-    *points = kept;
-}
-
-/// Makes a loop begin at its rearmost point, or behind its rearmost edge if that stands upright (a base).
-fn begin_at_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
-    let x = |p: &Point| p.xy[0];
-    let rearmost = points.iter().map(x).fold(f64::NEG_INFINITY, f64::max);
-    let foremost = points.iter().map(x).fold(f64::INFINITY, f64::min);
-    let Some((first, last)) = points.first().zip(points.last()) else { return };
-    let middle = 0.5 * (rearmost + foremost);
-    if x(first) > middle && x(last) > middle {
-        return;
-    }
-    let closed = distance(first, last) <= CLOSED * extent;
-    if closed {
-        points.pop();
-    }
-    let n = points.len();
-    let Some(tail) = (0..n).max_by(|&i, &j| x(&points[i]).total_cmp(&x(&points[j]))) else { return };
-    let near = |i: usize| {
-        let d = minus(points[i].xy, points[tail].xy);
-        d[0].abs() <= 0.02 * extent && d[0].abs() <= 0.2 * d[1].abs()
-    };
-    let (before, after) = ((tail + n - 1) % n, (tail + 1) % n);
-    // the loop is cut at the base, or at the tail point, which then stands at both ends
-    let (start, copy) = if near(after) {
-        (after, false)
-    } else if near(before) {
-        (tail, false)
-    } else {
-        (tail, true)
-    };
-    points.rotate_left(start);
-    if copy {
-        points.push(points[0]);
-    }
-    repairs.push(Repair::Rotated { line: points[0].line });
-}
-
-/// Drops end points that lie on an upright base: an edge across the chord, behind a sharp corner.
-fn drop_base(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) {
-    let on_base = |end: &Point, next: &Point, further: &Point| {
-        let (d, e) = (minus(next.xy, end.xy), minus(further.xy, next.xy));
-        let upright = d[0].abs() < 0.2 * d[1].abs() && d[1].abs() < 0.05 * extent;
-        let corner = dot(d, e) < 0.7 * length(d) * length(e);
-        upright && corner
-    };
-    let mut dropped = 0;
-    while dropped < 4 && points.len() > FEWEST {
-        let n = points.len();
-        let line = if on_base(&points[0], &points[1], &points[2]) {
-            points.remove(0).line
-        } else if on_base(&points[n - 1], &points[n - 2], &points[n - 3]) {
-            points.remove(n - 1).line
-        } else {
-            return;
-        };
-        repairs.push(Repair::BasePointDropped { line });
-        dropped += 1;
+        true
     }
 }
 
-/// Closes a loop of which one surface ends short of the other: the file names the trailing edge only once.
-fn complete_tail(points: &mut Vec<Point>, extent: f64, repairs: &mut Vec<Repair>) -> Result<(), CoordinateError> {
-    let Some((&first, &last)) = points.first().zip(points.last()) else { return Ok(()) };
-    let [along, across] = minus(first.xy, last.xy);
-    if along.abs() > 0.002 * extent && along.abs() > 2.0 * across.abs() {
-        let distance = length([along, across]);
-        if distance > LONGEST_COMPLETION * extent {
-            let line = if along > 0.0 { last.line } else { first.line };
-            return Err(CoordinateError::Unfinished { line, distance });
-        }
-        if along > 0.0 {
-            points.push(first);
-        } else {
-            points.insert(0, last);
-        }
-        repairs.push(Repair::TrailingEdgeCompleted { distance });
-    }
-    Ok(())
-}
-
-/// Sorts points that run back along the chord, if that shortens the outline.
-fn sort_surfaces(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) {
-    let Some(nose) = (0..points.len()).min_by(|&i, &j| points[i].xy[0].total_cmp(&points[j].xy[0])) else { return };
-    let foremost = points[nose].xy[0];
-    let length = |p: &[Point]| p.windows(2).map(|w| distance(&w[0], &w[1])).sum::<f64>();
-    let mut sorted = points.to_vec();
-    // near the nose a surface may bulge forward, so points there keep their order
-    let behind = |p: &Point| p.xy[0] > foremost + 0.05 * extent;
-    let upper_end = points[..nose].iter().take_while(|p| behind(p)).count();
-    let lower_start = points.len() - points[nose..].iter().rev().take_while(|p| behind(p)).count();
-    sorted[..upper_end].sort_by(|a, b| b.xy[0].total_cmp(&a.xy[0]));
-    sorted[lower_start..].sort_by(|a, b| a.xy[0].total_cmp(&b.xy[0]));
-    let count = sorted.iter().zip(points.iter()).filter(|(a, b)| a.xy != b.xy).count();
-    if count > 0 && length(&sorted) < length(points) * (1.0 - 1e-9) {
-        points.copy_from_slice(&sorted);
-        repairs.push(Repair::Sorted { count });
+/// Adds a repair to a list that has one entry per kind.
+pub(super) fn record(repairs: &mut Vec<Repair>, repair: Repair) {
+    if !repairs.iter_mut().any(|earlier| earlier.absorb(&repair)) {
+        repairs.push(repair);
     }
 }
 
-/// Makes a gap that is only rounding vanish to the bit.
-fn close_tail(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> TrailingEdge {
-    let n = points.len();
-    let gap = distance(&points[0], &points[n - 1]);
-    if gap > CLOSED * extent {
-        return TrailingEdge::Blunt;
-    }
-    if gap > 0.0 {
-        points[0].xy = middle(points[0].xy, points[n - 1].xy);
-        repairs.push(Repair::TrailingEdgeClosed { gap });
-    }
-    // also where the two differ in the sign of a zero
-    points[n - 1].xy = points[0].xy;
-    TrailingEdge::Sharp
+fn plural(count: usize, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
 }
 
-/// Two edges of a polygon that cross properly: positions of their first points, and where.
-fn polygon_crossing(points: &[Point]) -> Option<(usize, usize, [f64; 2])> {
-    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| cross(minus(a, o), minus(b, o));
-    let mut edges: Vec<(f64, f64, usize)> = points
-        .windows(2)
-        .enumerate()
-        .map(|(i, w)| (w[0].xy[0].min(w[1].xy[0]), w[0].xy[0].max(w[1].xy[0]), i))
-        .collect();
-    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (k, &(_, right, i)) in edges.iter().enumerate() {
-        for &(_, _, j) in edges[k + 1..].iter().take_while(|e| e.0 <= right) {
-            let (i, j) = (i.min(j), i.max(j));
-            let (a, b, c, d) = (points[i].xy, points[i + 1].xy, points[j].xy, points[j + 1].xy);
-            let (s, t) = (turn(a, b, c), turn(a, b, d));
-            if s * t < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0 {
-                return Some((i, j, between(c, d, s / (s - t))));
-            }
-        }
-    }
-    None
+fn lines(count: usize) -> String {
+    plural(count, "line", "lines")
+}
+
+fn points(count: usize) -> String {
+    plural(count, "point", "points")
 }

@@ -25,7 +25,9 @@ impl<S: Scalar> Section<S> {
     /// No curvature at the nose.
     pub fn nose_radius(&self) -> Result<S, SectionError> {
         let curvature = self.curve().curvature(S::from(self.nose_parameter()))?;
-        if curvature.re() == 0.0 {
+        // straight up to round-off, as on both sides of a sharp nose
+        let chord = distance(self.nose(), self.trailing_edge_middle()).re();
+        if (curvature.re() * chord).abs() < 1e-9 {
             return Err(SectionError::NoMeasure { measure: "nose_radius", reason: MeasureProblem::Singular });
         }
         Ok(curvature.recip())

@@ -1,0 +1,147 @@
+//! Which end of an outline is the tail, and how the section lies.
+//!
+//! A nose is round: near it the width grows with the root of the distance. A trailing edge is sharp or has a base.
+//! Where the two ends do not differ so, the order of the points decides, and then the abscissa (the tail is to the
+//! right).
+
+use super::listing::Point;
+use super::repair::{Repair, record};
+use crate::plane::{between, cross, distance, dot, middle, minus};
+
+/// How a section lies in the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lie {
+    /// Unit vector from the nose to the tail; exactly along x for sections that are turned by little.
+    pub axis: [f64; 2],
+}
+
+/// Sections turned by less are looked at along x.
+const LITTLE_TURN: f64 = 0.2;
+/// The nose lies to the right where the chord is turned by more.
+const NOSE_RIGHT: f64 = 120.0 * std::f64::consts::PI / 180.0;
+/// Chords turned between this and its supplement stand upright.
+const UPRIGHT: f64 = 60.0 * std::f64::consts::PI / 180.0;
+
+/// Finds how a section lies, and mirrors one with its nose to the right or exchanges the axes of one that stands upright
+/// and runs clockwise. Returns the linear map that was applied too.
+pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> (Lie, [[f64; 2]; 2]) {
+    const SAME: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
+    let turn = turn(points, extent);
+    let map = if turn.abs() > NOSE_RIGHT {
+        record(repairs, Repair::Mirrored);
+        [[-1.0, 0.0], [0.0, 1.0]]
+    } else if turn > UPRIGHT && signed_area(points) < 0.0 {
+        record(repairs, Repair::AxesExchanged);
+        [[0.0, 1.0], [1.0, 0.0]]
+    } else {
+        SAME
+    };
+    if map == SAME {
+        return (Lie::turned(turn), SAME);
+    }
+    for point in points.iter_mut() {
+        // rows of one number and a zero: exact
+        point.xy = map.map(|row| dot(row, point.xy));
+    }
+    let turn = self::turn(points, extent);
+    (Lie::turned(turn), map)
+}
+
+impl Lie {
+    fn turned(turn: f64) -> Self {
+        let axis = if turn.abs() < LITTLE_TURN { [1.0, 0.0] } else { [turn.cos(), turn.sin()] };
+        Self { axis }
+    }
+
+    /// Coordinate of a point from the nose towards the tail.
+    pub fn along(self, point: &Point) -> f64 {
+        dot(self.axis, point.xy)
+    }
+
+    /// Components of a vector along and across the chord.
+    pub fn components(self, v: [f64; 2]) -> [f64; 2] {
+        [dot(self.axis, v), cross(self.axis, v)]
+    }
+}
+
+pub(super) fn signed_area(points: &[Point]) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    points.windows(2).map(|w| 0.5 * cross(minus(w[0].xy, first.xy), minus(w[1].xy, first.xy))).sum()
+}
+
+/// Two points about as far apart as any.
+pub(super) fn farthest_pair(points: &[Point]) -> Option<([f64; 2], [f64; 2])> {
+    let farthest =
+        |from: [f64; 2]| points.iter().map(|p| p.xy).max_by(|a, b| distance(*a, from).total_cmp(&distance(*b, from)));
+    let mut pair = (points.first()?.xy, farthest(points.first()?.xy)?);
+    for _ in 0..8 {
+        let next = farthest(pair.1)?;
+        if distance(next, pair.1) <= distance(pair.0, pair.1) {
+            break;
+        }
+        pair = (pair.1, next);
+    }
+    Some(pair)
+}
+
+/// Angle from the x axis to the direction from the nose to the tail, counter-clockwise positive.
+fn turn(points: &[Point], extent: f64) -> f64 {
+    let (Some((a, b)), Some((first, last))) = (farthest_pair(points), points.first().zip(points.last())) else {
+        return 0.0;
+    };
+    let start = middle(first.xy, last.xy);
+    // `a` is the end at which the list begins, if it begins at one, else the one to the right
+    let begins =
+        distance(start, a).min(distance(start, b)) < 0.25 * extent && distance(first.xy, last.xy) < 0.3 * extent;
+    let nearer = distance(start, a) <= distance(start, b);
+    let right = a[0] >= b[0];
+    let (a, b) = if (begins && nearer) || (!begins && right) { (a, b) } else { (b, a) };
+    let tail_is_a = match (end(points, a, b), end(points, b, a)) {
+        (End::Round, End::Sharp) => false,
+        (End::Sharp, End::Round) => true,
+        _ => a[0] - b[0] >= -0.5 * distance(a, b),
+    };
+    let [x, y] = if tail_is_a { minus(a, b) } else { minus(b, a) };
+    y.atan2(x)
+}
+
+/// What an end of an outline looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum End {
+    Round,
+    /// A wedge or a base.
+    Sharp,
+    /// Somewhere in between.
+    Unclear,
+}
+
+/// Judges an end by the widths of the outline at distances from there towards the other end.
+fn end(points: &[Point], end: [f64; 2], other: [f64; 2]) -> End {
+    let chord = distance(end, other);
+    let axis = minus(other, end).map(|c| c / chord);
+    let [tip, near, far] = [0.002, 0.02, 0.08].map(|share| width(points, end, axis, share * chord));
+    // a base is as wide at its end as behind it; of the rest a wedge grows fourfold and a parabola twofold
+    let (tip, growth) = (tip / far, (near - tip) / (far - tip));
+    if tip > 0.6 || (growth < 0.3 && tip < 0.5) {
+        End::Sharp
+    } else if (0.07..0.3).contains(&tip) && (0.36..0.62).contains(&growth) {
+        End::Round
+    } else {
+        End::Unclear
+    }
+}
+
+/// Width of the closed outline across `axis` at a distance from `end`.
+fn width(points: &[Point], end: [f64; 2], axis: [f64; 2], at: f64) -> f64 {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (i, p) in points.iter().enumerate() {
+        let q = &points[(i + 1) % points.len()];
+        let (p, q) = (minus(p.xy, end), minus(q.xy, end));
+        let (s, t) = (dot(axis, p) - at, dot(axis, q) - at);
+        if (s <= 0.0) != (t <= 0.0) {
+            let across = cross(axis, between(p, q, s / (s - t)));
+            (low, high) = (low.min(across), high.max(across));
+        }
+    }
+    (high - low).max(0.0)
+}
