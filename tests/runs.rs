@@ -266,8 +266,8 @@ fn boxes_of_every_size_and_place_end_in_an_answer() {
     for (x, y, words) in [
         ("[-0.1, 1e12]", "[-0.15, 0.15]", None),
         ("[-1e12, 1e12]", "[-1e12, 1e12]", None),
-        ("[-0.1, 1e308]", "[-0.15, 0.15]", Some("case.toml:8: box.x:")),
-        ("[-1.7e308, 1.7e308]", "[-0.15, 0.15]", Some("case.toml:8: box.x:")),
+        ("[-0.1, 1e308]", "[-0.15, 0.15]", Some("case.toml:10: box.x:")),
+        ("[-1.7e308, 1.7e308]", "[-0.15, 0.15]", Some("case.toml:10: box.x:")),
         ("[-0.1, 1e12]", "[-0.15, 0.05]", Some("outside of the box")),
         ("[-1e300, 1.1]", "[-1e300, 1e300]", Some("box.x:")),
     ] {
