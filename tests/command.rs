@@ -27,6 +27,7 @@ fn the_main_job_beats_the_paper_and_writes_its_files() {
     assert_eq!(
         files(out.clone()),
         [
+            ".aeroform.lock",
             "checkpoint.json",
             "convergence.svg",
             "final.dat",
@@ -89,7 +90,7 @@ fn a_resumed_run_ends_at_the_same_bits() {
     assert_eq!(resumed["variables"], whole["variables"]);
     assert_eq!(resumed["evaluations"], whole["evaluations"]);
     // another case must not go on from it
-    refused(&aeroform(&["run", "l2-5x5-cubic", "--out", "part", "--resume"], folder.path()), &["another case"]);
+    refused(&aeroform(&["run", "l2-5x5-cubic", "--out", "part", "--resume"], folder.path()), &["another run"]);
     fs::write(folder.path().join("part/checkpoint.json"), "{\"aeroform_ch").unwrap();
     refused(&aeroform(&["run", "l2-match", "--out", "part", "--resume"], folder.path()), &["checkpoint.json"]);
 }

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::figures;
 use super::flow_arguments::{FlowArguments, panelled};
 use super::output::{print, print_json};
-use crate::design::{in_parallel_with, processors};
+use crate::design::parallel::{in_parallel_with, processors};
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
 use crate::report::{Align, OutputDirectory, Table};

@@ -3,10 +3,11 @@
 mod second_order;
 
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
-use super::geometry::{Geometry, Shape};
+use super::geometry::Geometry;
 use super::linearised::LinearisedShape;
 use super::parallel::{in_parallel_with, processors};
 use super::quantity::{Instruments, Quantity, finite};
+use super::shape::Shape;
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
 use crate::flow::Solution;

@@ -1,8 +1,8 @@
 //! The flow about a shape at the operating points of a problem, with exact derivatives in the shape.
 
 use super::DesignError;
-use super::geometry::Shape;
 use super::parallel::{in_parallel_with, processors};
+use super::shape::Shape;
 use crate::ffd::LinearMap;
 use crate::flow::{
     COEFFICIENTS, Coefficients, Condition, FlowSection, FlowSolver, HeldGradients, Solution, panel_parameters,

@@ -2,6 +2,7 @@
 
 use super::linearised::{LinearisedShape, Tangent};
 use super::motion::{Axis, BoxMotion};
+use super::shape::Shape;
 use super::{Bounds, DesignError};
 use crate::differentiate::{self, VectorFunction};
 use crate::ffd::{FfdBox, LinearMap};
@@ -70,15 +71,6 @@ pub(super) struct Frame<S> {
     pub weights: LinearMap<S>,
     /// Motion variables → displacement components of the net (2 × control point + axis).
     pub motion: LinearMap<S>,
-}
-
-/// A deformed section with the control net that made it.
-#[derive(Debug, Clone)]
-pub struct Shape<S = f64> {
-    /// The deformed section.
-    pub section: Section<S>,
-    /// The deformed control net of the box, first direction (x) fastest; empty where there is none.
-    pub net: Vec<[S; 2]>,
 }
 
 impl Geometry {

@@ -1,6 +1,6 @@
 //! A shape with its derivatives, kept as the sparse maps they are.
 
-use super::geometry::Shape;
+use super::shape::Shape;
 use crate::ffd::LinearMap;
 use std::ops::Range;
 

@@ -8,7 +8,7 @@ use crate::ffd::BoxPenalty;
 use crate::scalar::Scalar;
 use crate::section::{Measure, Section};
 
-use super::geometry::Shape;
+use super::shape::Shape;
 
 /// One quantity of a shape, with a name a case file can use.
 #[derive(Debug, Clone, PartialEq)]

@@ -25,7 +25,7 @@ pub enum FfdError {
     },
     /// A range is empty, reversed, not finite or beyond 1e100.
     #[error(
-        "box direction {axis} (0 = x) has the range [{first:e}, {last:e}]: it must increase and stay within ±1e100"
+        "box direction {axis} (0 = x) has the range [{first:e}, {last:e}]: it must be finite, increase and stay within ±1e100"
     )]
     Range {
         /// Number of the direction, 0 for x.

@@ -1,5 +1,6 @@
 //! Any of the methods behind one type.
 
+use super::dense::refuse_size;
 use super::lbfgs::Lbfgs;
 use super::newton::Newton;
 use super::optimizer::{Limits, Optimizer};
@@ -41,14 +42,18 @@ impl Method {
         }
     }
 
-    /// Whether the method takes the constraints of `problem`, if there are any.
+    /// Whether the method takes the constraints of `problem`, if there are any, and its number of variables.
     ///
     /// # Errors
-    /// [`OptimizeError::ConstraintsNotSupported`].
+    /// [`OptimizeError::ConstraintsNotSupported`], [`OptimizeError::TooManyVariables`].
     pub fn check_constraints(&self, problem: &dyn Problem) -> Result<(), OptimizeError> {
         match self {
-            Self::Lbfgs(_) | Self::Newton(_) => refuse_constraints(problem, self.name()),
-            Self::Slsqp(_) | Self::Sqp(_) => Ok(()),
+            Self::Lbfgs(_) => refuse_constraints(problem, self.name()),
+            Self::Newton(_) => {
+                refuse_size(problem, self.name())?;
+                refuse_constraints(problem, self.name())
+            }
+            Self::Slsqp(_) | Self::Sqp(_) => refuse_size(problem, self.name()),
         }
     }
 

@@ -52,6 +52,7 @@ mod checkpoint;
 mod constrained_tests;
 mod constraint_row;
 mod cubic;
+mod dense;
 mod history;
 mod identity;
 mod journal;

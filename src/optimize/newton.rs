@@ -2,6 +2,7 @@
 
 use super::bounded::Bounded;
 use super::cubic::{LineSample, cubic_minimum};
+use super::dense::refuse_size;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
 use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
@@ -102,6 +103,7 @@ impl Optimizer for Newton {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
+        refuse_size(problem, Self::NAME)?;
         refuse_constraints(problem, Self::NAME)?;
         let mut run = NewtonRun {
             settings: *self,

@@ -136,6 +136,18 @@ pub enum OptimizeError {
         /// Name of the first constraint.
         first: String,
     },
+    /// The matrices of the method would fill the memory.
+    #[error(
+        "method \"{method}\" takes at most {most} variables, and the problem has {variables}; free fewer of them, or use \"lbfgs\""
+    )]
+    TooManyVariables {
+        /// Name of the method.
+        method: &'static str,
+        /// Number of variables.
+        variables: usize,
+        /// Most variables of the method.
+        most: usize,
+    },
     /// The method needs second derivatives and the problem has none.
     #[error("method \"{method}\" needs second derivatives, which this problem does not offer; use \"lbfgs\"")]
     NoHessian {

@@ -15,6 +15,7 @@ use super::settings::{Range, check_settings};
 use super::verdict as report;
 use super::watch::{Ending, Watch};
 use crate::design::Problem;
+use crate::optimize::dense::refuse_size;
 use basin::{SelectedFirstOrderState, SlsqpFailure, Solver, State};
 use bridge::{BasinProblem, SlsqpRun};
 use std::cell::RefCell;
@@ -91,6 +92,7 @@ impl Optimizer for Slsqp {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
+        refuse_size(problem, Self::NAME)?;
         let ledger = Ledger::new(problem, observer, self.limits).feasible_within(self.feasibility_tolerance);
         let run = RefCell::new(SlsqpRun::new(ledger, self.first_step));
         let verdict = drive(&run, *self);

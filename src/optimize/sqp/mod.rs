@@ -19,6 +19,7 @@ use super::vector::{dot, norm};
 use super::verdict;
 use super::watch::{Ending, Watch};
 use crate::design::{Bounds, Evaluation, Problem};
+use crate::optimize::dense::refuse_size;
 use curvature::Curvature;
 use nalgebra::DMatrix;
 use quadratic::{ElasticProgram, ProgramSolution};
@@ -99,6 +100,7 @@ impl Optimizer for Sqp {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
+        refuse_size(problem, Self::NAME)?;
         let mut ledger = Ledger::new(problem, observer, self.limits).feasible_within(self.feasibility_tolerance);
         let verdict = run(&mut ledger, self);
         Ok(ledger.close(verdict))
