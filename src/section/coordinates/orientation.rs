@@ -96,10 +96,13 @@ fn turn(points: &[Point], extent: f64) -> f64 {
     let nearer = distance(start, a) <= distance(start, b);
     let right = a[0] >= b[0];
     let (a, b) = if (begins && nearer) || (!begins && right) { (a, b) } else { (b, a) };
-    let tail_is_a = match (end(points, a, b), end(points, b, a)) {
+    let ((kind, width), (other, other_width)) = (end(points, a, b), end(points, b, a));
+    let tail_is_a = match (kind, other) {
         (End::Round, End::Sharp) => false,
         (End::Sharp, End::Round) => true,
-        _ => a[0] - b[0] >= -0.5 * distance(a, b),
+        _ if a[0] - b[0] >= -0.5 * distance(a, b) => true,
+        // listed from an end to the left: from the tail, if the other end is clearly thicker
+        _ => begins && other_width > 1.4 * width,
     };
     let [x, y] = if tail_is_a { minus(a, b) } else { minus(b, a) };
     y.atan2(x)
@@ -115,20 +118,21 @@ enum End {
     Unclear,
 }
 
-/// Judges an end by the widths of the outline at distances from there towards the other end.
-fn end(points: &[Point], end: [f64; 2], other: [f64; 2]) -> End {
+/// Judges an end by the widths of the outline at distances from there towards the other end, and gives the farthest.
+fn end(points: &[Point], end: [f64; 2], other: [f64; 2]) -> (End, f64) {
     let chord = distance(end, other);
     let axis = minus(other, end).map(|c| c / chord);
     let [tip, near, far] = [0.002, 0.02, 0.08].map(|share| width(points, end, axis, share * chord));
     // a base is as wide at its end as behind it; of the rest a wedge grows fourfold and a parabola twofold
     let (tip, growth) = (tip / far, (near - tip) / (far - tip));
-    if tip > 0.6 || (growth < 0.3 && tip < 0.5) {
+    let kind = if tip > 0.6 || (growth < 0.3 && tip < 0.5) {
         End::Sharp
     } else if (0.07..0.3).contains(&tip) && (0.36..0.62).contains(&growth) {
         End::Round
     } else {
         End::Unclear
-    }
+    };
+    (kind, far)
 }
 
 /// Width of the closed outline across `axis` at a distance from `end`.
