@@ -400,7 +400,8 @@ impl Table {
     }
 }
 
-/// Unit of the last digit of the coarser coordinate. Zeros at the end may have been left out, so the most digits count.
+/// Unit of the last digit of the finer coordinate: stations along the chord are often whole percents, and exact. Zeros at
+/// the end may have been left out, so the most digits count.
 fn step(rows: &[Row], picked: [usize; 2]) -> f64 {
     let of_column = |c: usize| {
         let fields = || rows.iter().filter_map(move |row| row.fields.get(c));
@@ -408,7 +409,7 @@ fn step(rows: &[Row], picked: [usize; 2]) -> f64 {
         let exponent = fields().map(|field| field.exponent).max().unwrap_or(0);
         10f64.powi(exponent.clamp(-300, 300) - decimals.clamp(0, 300))
     };
-    picked.into_iter().map(of_column).fold(0.0, f64::max)
+    picked.into_iter().map(of_column).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ pub(super) struct Lie {
     pub axis: [f64; 2],
 }
 
+/// The linear map of a section that is left as it is.
+pub(super) const UNCHANGED: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
 /// Sections turned by less are looked at along x.
 const LITTLE_TURN: f64 = 0.2;
 /// The nose lies to the right where the chord is turned by more.
@@ -25,7 +27,6 @@ const UPRIGHT: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// Finds how a section lies, and mirrors one with its nose to the right or exchanges the axes of one that stands upright
 /// and runs clockwise. Returns the linear map that was applied too.
 pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> (Lie, [[f64; 2]; 2]) {
-    const SAME: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
     let turn = turn(points, extent);
     let map = if turn.abs() > NOSE_RIGHT {
         record(repairs, Repair::Mirrored);
@@ -34,10 +35,10 @@ pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair
         record(repairs, Repair::AxesExchanged);
         [[0.0, 1.0], [1.0, 0.0]]
     } else {
-        SAME
+        UNCHANGED
     };
-    if map == SAME {
-        return (Lie::turned(turn), SAME);
+    if map == UNCHANGED {
+        return (Lie::turned(turn), UNCHANGED);
     }
     for point in points.iter_mut() {
         // rows of one number and a zero: exact
@@ -48,6 +49,11 @@ pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair
 }
 
 impl Lie {
+    /// The chord along x.
+    pub fn level() -> Self {
+        Self { axis: [1.0, 0.0] }
+    }
+
     fn turned(turn: f64) -> Self {
         let axis = if turn.abs() < LITTLE_TURN { [1.0, 0.0] } else { [turn.cos(), turn.sin()] };
         Self { axis }

@@ -1,7 +1,7 @@
 //! From numbered points to one loop in Selig order, with every change recorded.
 
 use super::listing::{Listing, Point};
-use super::orientation::{Lie, farthest_pair, orient, signed_area};
+use super::orientation::{Lie, UNCHANGED, farthest_pair, orient, signed_area};
 use super::repair::{Repair, record};
 use super::strays::{drop_outlier, drop_spikes, drop_strays, report_ends, report_spikes};
 use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
@@ -39,15 +39,18 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
     }
     let mut points = join_surfaces(&given, surfaces, &breaks);
     check_closed(&points)?;
-    let (lie, map) = orient(&mut points, extent(&given), &mut repairs);
-    let mut mend = Mend { lie, step, repairs };
+    let mut map = UNCHANGED;
+    let mut mend = Mend { lie: Lie::level(), step, repairs };
     // one repair may call for another; what comes out must need none
     for _ in 0..ROUNDS {
         let (before, recorded) = (points.clone(), mend.repairs.clone());
+        let extent = extent(&points);
+        let (lie, change) = orient(&mut points, extent, &mut mend.repairs);
+        mend.lie = lie;
+        map = [0, 1].map(|row| [0, 1].map(|column| (0..2).map(|k| change[row][k] * map[k][column]).sum()));
         let trailing_edge = mend.round(&mut points)?;
         if points == before && mend.repairs == recorded {
             let Some((i, j, [x, y])) = polygon_crossing(&points) else {
-                let extent = extent(&points);
                 report_spikes(&points, extent, step, &mut mend.repairs);
                 report_ends(&points, extent, step, &mut mend.repairs);
                 return Ok(Outline { points, trailing_edge, repairs: mend.repairs, map });
@@ -116,6 +119,7 @@ impl Mend {
         self.complete_tail(points, extent)?;
         drop_spikes(points, extent, self.step, &mut self.repairs);
         self.sort_surfaces(points, extent);
+        drop_strays(points, extent, &mut self.repairs);
         if signed_area(points) < 0.0 {
             points.reverse();
             self.repairs.push(Repair::Reversed);

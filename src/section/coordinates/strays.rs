@@ -26,11 +26,18 @@ const DENSE: usize = 60;
 /// Most points that are dropped; a file with more is not understood.
 const MOST_SPIKES: usize = 4;
 
-/// Drops a point so far away that all others together are small beside it: a slip of the decimal point.
+/// Drops points so far away that all others together are small beside them: slips of the decimal point.
 pub(super) fn drop_outlier(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) {
+    while let Some(index) = outlier(points) {
+        let line = points.remove(index).line;
+        record(repairs, Repair::StrayDropped { count: 1, line });
+    }
+}
+
+fn outlier(points: &[Point]) -> Option<usize> {
     const FACTOR: f64 = 5.0;
     if points.len() <= FEWEST {
-        return;
+        return None;
     }
     let extent = |skipped: Option<usize>| {
         let others = points.iter().enumerate().filter(|(i, _)| Some(*i) != skipped);
@@ -41,11 +48,7 @@ pub(super) fn drop_outlier(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) {
     // one of the points on the sides of the bounding box
     let most = |key: fn(&Point) -> f64| (0..points.len()).max_by(|&i, &j| key(&points[i]).total_cmp(&key(&points[j])));
     let keys: [fn(&Point) -> f64; 4] = [|p| p.xy[0], |p| -p.xy[0], |p| p.xy[1], |p| -p.xy[1]];
-    let outlier = keys.into_iter().filter_map(most).find(|&i| FACTOR * extent(Some(i)) < all);
-    if let Some(index) = outlier {
-        let line = points.remove(index).line;
-        record(repairs, Repair::StrayDropped { count: 1, line });
-    }
+    keys.into_iter().filter_map(most).find(|&i| FACTOR * extent(Some(i)) < all)
 }
 
 /// Drops a first or last point far from an outline that is closed without it.
