@@ -165,7 +165,7 @@ fn is_like_a_point(line: &str) -> bool {
     let separates = |c: char| c.is_whitespace() || c == ',' || c == ';';
     let parts: Vec<&str> = line.split(separates).filter(|part| !part.is_empty()).collect();
     let no_word = |part: &&str| part.contains(|c: char| c.is_ascii_digit()) || !part.contains(char::is_alphabetic);
-    (1..=3).contains(&parts.len()) && parts.iter().all(|p| no_word(p)) && parts.iter().any(|part| part.contains('.'))
+    (1..=3).contains(&parts.len()) && parts.iter().all(no_word) && parts.iter().any(|part| part.contains('.'))
 }
 
 /// Rows of one width, the coordinates, and the counts around them.
@@ -379,7 +379,10 @@ impl Table {
 
     fn listing(self, element: Option<usize>) -> Result<Listing, CoordinateError> {
         let Self { title, points, breaks, surfaces, mut repairs, step, separators, .. } = self;
-        let ranges = if surfaces.is_some() { vec![0..points.len()] } else { elements(&points, &separators, &breaks) };
+        let ranges = match surfaces {
+            Some(_) => elements(&points, &[], &[]),
+            None => elements(&points, &separators, &breaks),
+        };
         let count = ranges.len();
         let chosen = element.unwrap_or(1);
         let Some(range) = chosen.checked_sub(1).and_then(|index| ranges.get(index)).cloned() else {

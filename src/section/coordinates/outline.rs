@@ -147,7 +147,23 @@ impl Mend {
             }
         }
         *points = kept;
+        self.drop_detours(points, extent);
         self.drop_repeated_blocks(points);
+    }
+
+    /// Drops points to which the outline goes and comes back to where it was: points of reference between surfaces.
+    fn drop_detours(&mut self, points: &mut Vec<Point>, extent: f64) {
+        let mut i = 1;
+        while i + 1 < points.len() && points.len() > FEWEST {
+            let back = distance(&points[i - 1], &points[i + 1]) <= SAME * extent;
+            if back && distance(&points[i - 1], &points[i]) > 0.01 * extent {
+                let line = points[i].line;
+                points.drain(i..=i + 1);
+                self.record(Repair::StrayDropped { count: 1, line });
+            } else {
+                i += 1;
+            }
+        }
     }
 
     /// Drops points that repeat, in the same order, the points just before them.
@@ -316,8 +332,11 @@ fn join_surfaces(points: &[Point], surfaces: Option<[usize; 2]>, breaks: &[usize
     // the two ends that lie furthest to the left (together) are the nose; lowest, where the section stands upright
     let [dx, dy] = minus(a_last.xy, a_first.xy);
     let d = usize::from(dy.abs() > dx.abs());
-    let nose_first = a_first.xy[d] <= a_last.xy[d];
-    let nose_second = b_first.xy[d] <= b_last.xy[d];
+    // announced surfaces that begin at one point and end at two begin at the nose, wherever it lies
+    let at_base = |p: &Point, q: &Point| distance(p, q) > SAME * extent;
+    let from_nose = surfaces.is_some() && !at_base(a_first, b_first) && at_base(a_last, b_last);
+    let nose_first = from_nose || a_first.xy[d] <= a_last.xy[d];
+    let nose_second = from_nose || b_first.xy[d] <= b_last.xy[d];
     let mut chain: Vec<Point> = if nose_first { a.iter().rev().copied().collect() } else { a.to_vec() };
     let second: Vec<Point> = if nose_second { b.to_vec() } else { b.iter().rev().copied().collect() };
     // both surfaces name the nose

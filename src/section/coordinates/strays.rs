@@ -92,10 +92,35 @@ pub(super) fn report_spikes(points: &[Point], extent: f64, step: f64, repairs: &
     }
     let least = (SUSPECT_SHARE * extent).max(6.0 * step);
     for index in 1..points.len() - 1 {
+        let line = points[index].line;
         if let Some(distance) = spike(points, index, least, SUSPECT) {
-            record(repairs, Repair::SpikeSuspected { count: 1, line: points[index].line, distance });
+            record(repairs, Repair::SpikeSuspected { count: 1, line, distance });
+        }
+        for size in 2..=3 {
+            if let Some(distance) = offset(points, index, size, 2.0 * least, SUSPECT) {
+                record(repairs, Repair::SpikeSuspected { count: size, line, distance });
+            }
         }
     }
+}
+
+/// Distance of a run of points from the cubic through the four around it, if it is at least `least` and `ratio` times
+/// that of the points around it from such curves without the run.
+fn offset(points: &[Point], index: usize, size: usize, least: f64, ratio: f64) -> Option<f64> {
+    let n = points.len();
+    if n < DENSE || index < 3 || index + size + 3 > n {
+        return None;
+    }
+    let around = [index - 2, index - 1, index + size, index + size + 1].map(|i| points[i].xy);
+    let run = &points[index..index + size];
+    let own = run.iter().map(|p| from_polynomial(p.xy, around)).fold(f64::INFINITY, f64::min);
+    // written so that NaN fails
+    if !(own >= least) || distance(around[1], around[2]) > 6.0 * distance(around[0], around[1]) {
+        return None;
+    }
+    let without = |i: usize| points[i + if i >= index { size } else { 0 }].xy;
+    let others = (index - 2..(index + 2).min(n - size - 2)).map(|i| off_the_line::<4>(n - size, i, without));
+    (own > ratio * others.fold(0.0, f64::max)).then_some(own)
 }
 
 /// Reports first and last points off the line on which the others run out.
@@ -195,6 +220,11 @@ fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize
     for (slot, i) in around.iter_mut().zip(others) {
         *slot = at(i);
     }
+    from_polynomial(at(index), around)
+}
+
+/// Distance of a point from the polynomial through `NEAR` points.
+fn from_polynomial<const NEAR: usize>(point: [f64; 2], around: [[f64; 2]; NEAR]) -> f64 {
     let mut t = [0.0; NEAR];
     for k in 1..NEAR {
         t[k] = t[k - 1] + distance(around[k], around[k - 1]).max(f64::MIN_POSITIVE);
@@ -204,7 +234,6 @@ fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize
         let weights: [f64; NEAR] = std::array::from_fn(weight);
         [0, 1].map(|d| (0..NEAR).map(|k| weights[k] * around[k][d]).sum::<f64>())
     };
-    let point = at(index);
     let mut nearest = f64::INFINITY;
     const PIECES: usize = 8;
     for span in t.windows(2) {
