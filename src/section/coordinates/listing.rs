@@ -5,16 +5,9 @@ use super::elements::elements;
 use super::encoding::decode;
 use super::line::{Line, classify, heads_columns, labelled_count, symmetry_flag};
 use super::number::{Field, Oddity, Style, decimal_comma_vote, plain};
+use super::point::Point;
 use super::repair::{Repair, record};
 use crate::section::CoordinateError;
-
-/// A point, the line it stands in, and its position among the points to mend (set when mending starts).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Point {
-    pub xy: [f64; 2],
-    pub line: usize,
-    pub source: usize,
-}
 
 /// The contents of a file: points in the order of the file, and where it was divided.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,7 +18,7 @@ pub(super) struct Listing {
     pub breaks: Vec<usize>,
     /// Numbers of points of the first and the second surface, where a header announces them.
     pub surfaces: Option<[usize; 2]>,
-    /// What was unusual in reading.
+    /// Everything that was unusual in reading.
     pub repairs: Vec<Repair>,
     /// Unit of the last digit; zero where it is not known.
     pub step: f64,

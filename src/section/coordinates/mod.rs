@@ -10,11 +10,13 @@ mod listing;
 mod number;
 mod orientation;
 mod outline;
+mod planning;
+mod point;
 mod repair;
 mod rounding;
 mod strays;
 
-pub use deviation::Deviation;
+pub use curve::Deviation;
 pub use repair::Repair;
 
 use super::measures::{farthest_parameter, outline_crossing};
@@ -23,8 +25,10 @@ use crate::plane::{distance, dot, middle};
 use crate::scalar::Scalar;
 use crate::spline::BSplineCurve;
 use curve::{Fit, Plan, extent, lines, real};
-use listing::{Listing, Point};
+use listing::Listing;
 use outline::{Outline, assemble};
+use planning::plan;
+use point::Point;
 use repair::record;
 use std::io::Read;
 use std::path::Path;
@@ -163,7 +167,7 @@ impl<S: Scalar> Coordinates<S> {
             [0, 1].map(|d| own[d] + points[i].xy[d])
         });
         let points: Vec<[S; 2]> = points.collect();
-        let plan = Box::new(Plan::of(&real(&points), Fit::Interpolate, step));
+        let plan = Box::new(plan(&real(&points), Fit::Interpolate, step));
         let read = repairs.len();
         let mut coordinates = Self { name, points, lines, trailing_edge, repairs, read, step, plan };
         coordinates.report_curve();
@@ -172,7 +176,7 @@ impl<S: Scalar> Coordinates<S> {
 
     /// These points with the curve made in another way.
     fn planned(mut self, fit: Fit) -> Self {
-        self.plan = Box::new(Plan::of(&real(&self.points), fit, self.step));
+        self.plan = Box::new(plan(&real(&self.points), fit, self.step));
         self.report_curve();
         self
     }

@@ -4,7 +4,7 @@
 //! Where the two ends do not differ so, the order of the points decides, and then the abscissa (the tail is to the
 //! right).
 
-use super::listing::Point;
+use super::point::Point;
 use super::repair::{Repair, record};
 use crate::plane::{between, cross, distance, dot, middle, minus};
 
@@ -114,7 +114,7 @@ fn turn(points: &[Point], extent: f64) -> f64 {
     y.atan2(x)
 }
 
-/// What an end of an outline looks like.
+/// The look of an end of an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum End {
     Round,

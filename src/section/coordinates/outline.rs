@@ -1,7 +1,8 @@
 //! From numbered points to one loop in Selig order, with every change recorded.
 
-use super::listing::{Listing, Point};
+use super::listing::Listing;
 use super::orientation::{Lie, UNCHANGED, farthest_pair, orient, signed_area};
+use super::point::Point;
 use super::repair::{Repair, record};
 use super::strays::{drop_outlier, drop_spikes, drop_strays, report_ends, report_spikes};
 use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
@@ -93,7 +94,7 @@ fn check_closed(points: &[Point]) -> Result<(), CoordinateError> {
     Err(CoordinateError::Unfinished { line: if at_end(first) { last.line } else { first.line }, distance: gap })
 }
 
-/// What the repairs of an outline share.
+/// The repairs of an outline, and all they share.
 struct Mend {
     lie: Lie,
     /// Unit of the last digit.

@@ -1,7 +1,7 @@
 //! Points that do not belong to the outline: points of reference before or behind it, and points off the line of all
 //! their neighbours.
 
-use super::listing::Point;
+use super::point::Point;
 use super::repair::{Repair, record};
 use crate::plane::{between, bounds, distance, dot, minus};
 
