@@ -67,7 +67,11 @@ fn reread(section: &Section, coordinates: &Coordinates) {
     let text: String = coordinates.points().iter().map(|[x, y]| format!("{x} {y}\n")).collect();
     let again = Coordinates::parse(format!("again\n{text}").as_bytes()).unwrap();
     assert_eq!(again.points(), coordinates.points(), "{:?}", again.repairs());
-    assert_eq!(again.section().unwrap().curve(), section.curve());
+    // zeros that are not written may make digits coarser than the points are spaced
+    let smoothed = |c: &Coordinates| c.repairs().iter().any(|r| matches!(r, Repair::Smoothed { .. }));
+    if !smoothed(&again) && !smoothed(coordinates) {
+        assert_eq!(again.section().unwrap().curve(), section.curve());
+    }
 }
 
 /// One thing that happens to files.
@@ -220,9 +224,60 @@ fn repairs_read_well() {
     assert_eq!(
         told,
         [
-            "line 8: text passed over",
-            "line 4: point repeats the one before it, dropped",
-            "the outline ran over the lower surface first, reversed"
+            "1 line of text passed over, the first in line 8",
+            "1 point repeating the one before dropped, the first in line 4",
+            "the outline ran over the lower surface first, reversed",
+            "the curve is kept straight along 4 sides far longer than the neighbours, with 1 corner, from line 7 on; \
+             points may be missing there"
         ]
     );
+}
+
+/// A damaged file is refused, or what was done about the damage is told, or the section is what it was.
+#[test]
+fn damage_never_changes_a_section_in_silence() {
+    let originals = ["naca4412", "naca0012:sharp", "kulfan:upper=0.15,0.2,0.2/lower=-0.1,-0.05,0.05"].map(|name| {
+        let section = SectionDefinition::parse(name).unwrap().section().unwrap();
+        let points = section.points(99);
+        let text: String = points.iter().map(|[x, y]| format!("{x:9.5}{y:9.5}\n")).collect();
+        (format!("{name}\n{text}").into_bytes(), section.area())
+    });
+    // a linear congruential generator: the inputs are those of every other run
+    let mut state = 1u64;
+    let mut below = |n: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % n.max(1)
+    };
+    let (mut read, mut refused) = (0, 0);
+    for _ in 0..3000 {
+        let (text, area) = &originals[below(3)];
+        let mut bytes = text.clone();
+        for _ in 0..1 + below(2) {
+            let (i, j) = (below(1 << 20), below(1 << 20));
+            let damage = match below(10) {
+                0 => Damage::Cut(i),
+                1 => Damage::Remove(i),
+                2 => Damage::Insert(i, b"0123456789.,-eO \n;:"[j % 19]),
+                3 => Damage::Replace(i, b"0123456789.,-eO \n;:"[j % 19]),
+                4 => Damage::DropLine(i),
+                5 => Damage::DoubleLine(i),
+                6 => Damage::SwapLines(i, j),
+                7 => Damage::Splice(i, ["0.25 0", "\n0.25 0\n", "nan", "999 999", "\u{2212}", "#"][j % 6]),
+                8 => Damage::Replace(i, b'-'),
+                _ => Damage::Replace(i, b'.'),
+            };
+            apply(&mut bytes, &damage);
+        }
+        let found = Coordinates::parse(&bytes).ok().and_then(|c| Some((c.section().ok()?, c)));
+        let Some((section, coordinates)) = found else {
+            refused += 1;
+            continue;
+        };
+        read += 1;
+        if coordinates.repairs().is_empty() {
+            let off = section.area() / area - 1.0;
+            assert!(off.abs() < 0.02, "area off by {off}:\n{}", String::from_utf8_lossy(&bytes));
+        }
+    }
+    assert!(read > 600 && refused > 600, "{read} read, {refused} refused");
 }

@@ -53,7 +53,7 @@ pub struct Case {
     pub problem: DesignProblem,
     /// The optimiser with its settings.
     pub method: Method,
-    /// What was mended in the files of the case.
+    /// Everything that was mended in the files of the case.
     repairs: Vec<String>,
     /// Settings of the file, for whichever method is used.
     settings: OptimizerTable,

@@ -4,12 +4,9 @@
 //! as a flat lower surface drawn by its two ends, would bulge: there further data are laid along the straight side, and
 //! where the outline turns sharply at an end of such a side, the curve has a corner (a knot of multiplicity three).
 
-use super::deviation::{Deviation, deviation, off_polygon};
-use super::listing::Point;
-use super::rounding::rounding_fit;
+use super::point::Point;
 use crate::plane::{between, bounds, cross, distance, dot, minus};
 use crate::scalar::Scalar;
-use crate::section::measures::outline_crossing;
 use crate::section::stations::with_ends;
 use crate::section::{CoordinateError, Section, SectionError, TrailingEdge};
 use crate::spline::{
@@ -27,6 +24,20 @@ pub(super) enum Fit {
 
 /// A point between two data points: the first of them, and the share of the way to the next.
 pub(super) type Place = (usize, f64);
+
+/// How far the curve of a section is from its points, in their unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation {
+    /// Largest distance of a point from the curve at the parameter of the point; zero for an interpolating curve up to
+    /// round-off.
+    pub points: f64,
+    /// Index of that point.
+    pub points_at: usize,
+    /// Largest distance of the curve from the straight lines between the points: how far it arches over its data.
+    pub polygon: f64,
+    /// Index of the point before that place.
+    pub polygon_at: usize,
+}
 
 /// How a curve is made from points: everything that follows from their real parts, so that the curve is linear in them.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,61 +67,14 @@ const EDGE: f64 = 0.08;
 const ROUNDING: f64 = 0.002;
 /// Turns sharper than this (radians) at the end of a straight side are corners of the curve.
 const CORNER: f64 = 1.0;
-/// Sides that turn by more at an end are no part of a smooth curve that is sampled well.
-const SHARP: f64 = 0.8;
-/// Sides so many times longer than a neighbour are drawn by their ends only, if the curve leaves them.
-const UNEVEN: f64 = 3.0;
-/// Area between side and curve as a share of the enclosed area that is more than a smooth curve has.
-const BULGE: f64 = 0.01;
-/// Distances below this share of the extent are no matter.
-const SMALL: f64 = 1e-3;
 /// Distance from the polygon, as a share of the extent, beyond which a curve has left the points.
 const FAR: f64 = 0.05;
 /// Pieces into which sides are divided where the curve is drawn towards the polygon.
 const BETWEEN: usize = 4;
-/// Areas of curve and polygon may differ by this share of the polygon's, where sides were kept straight.
-const EXCESS: f64 = 0.01;
-/// And by this share elsewhere: few points on a round outline let them differ so.
-const MOST_EXCESS: f64 = 0.03;
-/// Rounds in which sides are straightened; each may show further ones.
-const ROUNDS: usize = 12;
 
 impl Plan {
-    /// The plan for these points, the digits of which end at `step` (zero where this is not known).
-    pub fn of(points: &[[f64; 2]], fit: Fit, step: f64) -> Result<Self, SectionError> {
-        let outline = Shape::of(points);
-        let mut straight = vec![false; points.len() - 1];
-        let mut crossing = None;
-        for _ in 0..ROUNDS {
-            let plan = Self::with(points, &straight, Fit::Interpolate)?;
-            let curve = plan.curve(points)?;
-            let mut found: Vec<usize> = outline.bulging_sides(&plan, &curve);
-            crossing = if found.is_empty() { outline_crossing(&curve) } else { None };
-            if let Some(at) = &crossing {
-                found.extend([at.first, at.second].map(|u| plan.side_at(u)));
-            }
-            found.retain(|&side| !straight[side]);
-            if found.is_empty() {
-                break;
-            }
-            found.iter().for_each(|&side| straight[side] = true);
-        }
-        if let Some(crossing) = crossing.filter(|_| fit == Fit::Interpolate) {
-            let [x, y] = crossing.point;
-            return Err(CoordinateError::CurveCrossing { x, y }.into());
-        }
-        let mut plan = Self::with(points, &straight, fit)?;
-        if fit == Fit::Interpolate && plan.corners.is_empty() {
-            plan.smoothing = rounding_fit(&plan, points, step);
-        }
-        plan.draw_to_polygon(points, outline.area)?;
-        let curve = plan.curve(points)?;
-        plan.deviation = deviation(&plan, points, &curve);
-        Ok(plan)
-    }
-
     /// The plan with given straight sides.
-    fn with(points: &[[f64; 2]], straight: &[bool], fit: Fit) -> Result<Self, SectionError> {
+    pub fn with(points: &[[f64; 2]], straight: &[bool], fit: Fit) -> Result<Self, SectionError> {
         let (last, extent) = (points.len() - 1, extent(points));
         let is_corner = |i: usize| {
             let at_straight = i > 0 && i < last && (straight[i - 1] || straight[i]);
@@ -186,31 +150,8 @@ impl Plan {
         pieces(&parameters, &corners, &between_data, natural)
     }
 
-    /// Decides whether the curve is drawn towards the polygon, so that the areas agree.
-    fn draw_to_polygon(&mut self, points: &[[f64; 2]], polygon: f64) -> Result<(), SectionError> {
-        if self.fit != Fit::Interpolate || self.smoothing.is_some() {
-            return Ok(());
-        }
-        let excess = |plan: &Self| {
-            // the nose parameter has no part in the area
-            let section = Section::new(plan.curve(points)?, TrailingEdge::Blunt, 0.5, "")?;
-            Ok::<_, SectionError>(section.area() / polygon - 1.0)
-        };
-        self.excess = excess(self)?;
-        let most = if self.straight.is_empty() { MOST_EXCESS } else { EXCESS };
-        // written so that NaN fails
-        if self.excess.abs() <= most || !self.excess.is_finite() {
-            return Ok(());
-        }
-        let straight = excess(&Self { drawn: Some(0.0), ..self.clone() })?;
-        let wanted = 0.9 * EXCESS.copysign(self.excess);
-        // the area is linear in the data
-        self.drawn = Some(((wanted - straight) / (self.excess - straight)).clamp(0.0, 1.0));
-        Ok(())
-    }
-
     /// The side of the polygon at a parameter.
-    fn side_at(&self, u: f64) -> usize {
+    pub fn side_at(&self, u: f64) -> usize {
         let next = self.parameters.partition_point(|&t| t <= u).clamp(1, self.places.len() - 1);
         self.places[next - 1].0
     }
@@ -294,37 +235,6 @@ fn graded(length: f64, before: Option<f64>, behind: Option<f64>) -> impl Iterato
     let middle = (before.is_some() || behind.is_some()).then_some(0.5);
     let second = shares(behind).into_iter().rev().map(|share| 1.0 - share);
     shares(before).into_iter().chain(middle).chain(second)
-}
-
-/// What is known of the polygon.
-struct Shape<'a> {
-    points: &'a [[f64; 2]],
-    extent: f64,
-    area: f64,
-}
-
-impl<'a> Shape<'a> {
-    fn of(points: &'a [[f64; 2]]) -> Self {
-        let area: f64 = points.windows(2).map(|w| 0.5 * cross(minus(w[0], points[0]), minus(w[1], points[0]))).sum();
-        Self { points, extent: extent(points), area: area.abs() }
-    }
-
-    /// Sides that the curve leaves by more than a smooth curve through well-spaced points would.
-    fn bulging_sides(&self, plan: &Plan, curve: &BSplineCurve<f64>) -> Vec<usize> {
-        let off = off_polygon(plan, self.points, curve);
-        let length = |i: usize| distance(self.points[i], self.points[i + 1]);
-        let last = self.points.len() - 2;
-        (0..=last)
-            .filter(|&i| {
-                let own = length(i);
-                let bulge = 2.0 / 3.0 * off[i] * own;
-                let significant = off[i] > SMALL * self.extent && bulge > BULGE * self.area;
-                let uneven = |j: usize| own > UNEVEN * length(j) || plan.straight.contains(&j);
-                let sharp = |i: usize| turn(self.points, i) > SHARP;
-                significant && ((i > 0 && (uneven(i - 1) || sharp(i))) || (i < last && (uneven(i + 1) || sharp(i + 1))))
-            })
-            .collect()
-    }
 }
 
 /// Cubic knots that share the data evenly.

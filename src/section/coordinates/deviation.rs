@@ -1,23 +1,9 @@
 //! How far a curve is from the points and from the polygon through them.
 
-use super::curve::Plan;
+use super::curve::{Deviation, Plan};
 use super::strays::from_segment;
 use crate::plane::distance;
 use crate::spline::BSplineCurve;
-
-/// How far the curve of a section is from its points, in their unit.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Deviation {
-    /// Largest distance of a point from the curve at the parameter of the point; zero for an interpolating curve up to
-    /// round-off.
-    pub points: f64,
-    /// Index of that point.
-    pub points_at: usize,
-    /// Largest distance of the curve from the straight lines between the points: how far it arches over its data.
-    pub polygon: f64,
-    /// Index of the point before that place.
-    pub polygon_at: usize,
-}
 
 /// Samples between two data.
 const SAMPLES: usize = 4;

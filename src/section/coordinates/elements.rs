@@ -1,6 +1,6 @@
 //! Files with several outlines: which points make each of them.
 
-use super::listing::Point;
+use super::point::Point;
 use crate::plane::{bounds, cross, distance, minus};
 use std::ops::Range;
 

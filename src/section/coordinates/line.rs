@@ -123,9 +123,10 @@ pub(super) fn heads_columns(line: &str) -> bool {
     let named = |letter: char| names.iter().any(|name| name.starts_with(letter) && short(name));
     let known = |name: &&str| {
         (name.starts_with(['x', 'y', 'z', 'n', 'i', 'p', '#']) && short(name))
-            || ["index", "point", "coord", "coords", "coordinates", "no."].contains(name)
+            || ["index", "point", "coord", "coords", "coordinate", "coordinates", "value", "no."].contains(name)
     };
-    named('x') && (named('y') || named('z')) && names.iter().all(known)
+    // the first line of a CSV file may name the separator
+    lower.trim().starts_with("sep=") || named('x') && (named('y') || named('z')) && names.iter().all(known)
 }
 
 /// The number that counts points in a line such as `51 Num Pnts Upper` or `400 NumCoords`.
@@ -203,7 +204,17 @@ mod tests {
 
     #[test]
     fn headings_of_columns_and_counts() {
-        for line in ["x y", "\"x/c\",\"y/c\"", "X (mm); Y (mm); Z (mm)", "x,y,z", "i x y", "X/C Y/C", "xu yu"] {
+        for line in [
+            "sep=;",
+            "X Coordinate,Y Coordinate",
+            "x y",
+            "\"x/c\",\"y/c\"",
+            "X (mm); Y (mm); Z (mm)",
+            "x,y,z",
+            "i x y",
+            "X/C Y/C",
+            "xu yu",
+        ] {
             assert!(heads_columns(line), "{line}");
         }
         for line in ["NACA 2412", "x-wing yawed", "extra 300", "clark y"] {

@@ -5,16 +5,9 @@ use super::elements::elements;
 use super::encoding::decode;
 use super::line::{Line, classify, heads_columns, labelled_count, symmetry_flag};
 use super::number::{Field, Oddity, Style, decimal_comma_vote, plain};
+use super::point::Point;
 use super::repair::{Repair, record};
 use crate::section::CoordinateError;
-
-/// A point, the line it stands in, and its position among the points to mend (set when mending starts).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Point {
-    pub xy: [f64; 2],
-    pub line: usize,
-    pub source: usize,
-}
 
 /// The contents of a file: points in the order of the file, and where it was divided.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,7 +18,7 @@ pub(super) struct Listing {
     pub breaks: Vec<usize>,
     /// Numbers of points of the first and the second surface, where a header announces them.
     pub surfaces: Option<[usize; 2]>,
-    /// What was unusual in reading.
+    /// Everything that was unusual in reading.
     pub repairs: Vec<Repair>,
     /// Unit of the last digit; zero where it is not known.
     pub step: f64,
@@ -165,7 +158,7 @@ fn is_like_a_point(line: &str) -> bool {
     let separates = |c: char| c.is_whitespace() || c == ',' || c == ';';
     let parts: Vec<&str> = line.split(separates).filter(|part| !part.is_empty()).collect();
     let no_word = |part: &&str| part.contains(|c: char| c.is_ascii_digit()) || !part.contains(char::is_alphabetic);
-    (1..=3).contains(&parts.len()) && parts.iter().all(|p| no_word(p)) && parts.iter().any(|part| part.contains('.'))
+    (1..=3).contains(&parts.len()) && parts.iter().all(no_word) && parts.iter().any(|part| part.contains('.'))
 }
 
 /// Rows of one width, the coordinates, and the counts around them.
@@ -379,7 +372,10 @@ impl Table {
 
     fn listing(self, element: Option<usize>) -> Result<Listing, CoordinateError> {
         let Self { title, points, breaks, surfaces, mut repairs, step, separators, .. } = self;
-        let ranges = if surfaces.is_some() { vec![0..points.len()] } else { elements(&points, &separators, &breaks) };
+        let ranges = match surfaces {
+            Some(_) => elements(&points, &[], &[]),
+            None => elements(&points, &separators, &breaks),
+        };
         let count = ranges.len();
         let chosen = element.unwrap_or(1);
         let Some(range) = chosen.checked_sub(1).and_then(|index| ranges.get(index)).cloned() else {
@@ -400,7 +396,8 @@ impl Table {
     }
 }
 
-/// Unit of the last digit of the coarser coordinate. Zeros at the end may have been left out, so the most digits count.
+/// Unit of the last digit of the finer coordinate: stations along the chord are often whole percents, and exact. Zeros at
+/// the end may have been left out, so the most digits count.
 fn step(rows: &[Row], picked: [usize; 2]) -> f64 {
     let of_column = |c: usize| {
         let fields = || rows.iter().filter_map(move |row| row.fields.get(c));
@@ -408,7 +405,7 @@ fn step(rows: &[Row], picked: [usize; 2]) -> f64 {
         let exponent = fields().map(|field| field.exponent).max().unwrap_or(0);
         10f64.powi(exponent.clamp(-300, 300) - decimals.clamp(0, 300))
     };
-    picked.into_iter().map(of_column).fold(0.0, f64::max)
+    picked.into_iter().map(of_column).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

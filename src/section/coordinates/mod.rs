@@ -10,11 +10,13 @@ mod listing;
 mod number;
 mod orientation;
 mod outline;
+mod planning;
+mod point;
 mod repair;
 mod rounding;
 mod strays;
 
-pub use deviation::Deviation;
+pub use curve::Deviation;
 pub use repair::Repair;
 
 use super::measures::{farthest_parameter, outline_crossing};
@@ -23,8 +25,10 @@ use crate::plane::{distance, dot, middle};
 use crate::scalar::Scalar;
 use crate::spline::BSplineCurve;
 use curve::{Fit, Plan, extent, lines, real};
-use listing::{Listing, Point};
+use listing::Listing;
 use outline::{Outline, assemble};
+use planning::plan;
+use point::Point;
 use repair::record;
 use std::io::Read;
 use std::path::Path;
@@ -67,7 +71,7 @@ pub struct Coordinates<S = f64> {
     read: usize,
     /// Unit of the last digit of the points, zero where it is not known.
     step: f64,
-    plan: Result<Plan, SectionError>,
+    plan: Box<Result<Plan, SectionError>>,
 }
 
 /// Distance of the curve from the polygon, as a share of the extent, that is reported.
@@ -163,7 +167,7 @@ impl<S: Scalar> Coordinates<S> {
             [0, 1].map(|d| own[d] + points[i].xy[d])
         });
         let points: Vec<[S; 2]> = points.collect();
-        let plan = Plan::of(&real(&points), Fit::Interpolate, step);
+        let plan = Box::new(plan(&real(&points), Fit::Interpolate, step));
         let read = repairs.len();
         let mut coordinates = Self { name, points, lines, trailing_edge, repairs, read, step, plan };
         coordinates.report_curve();
@@ -172,7 +176,7 @@ impl<S: Scalar> Coordinates<S> {
 
     /// These points with the curve made in another way.
     fn planned(mut self, fit: Fit) -> Self {
-        self.plan = Plan::of(&real(&self.points), fit, self.step);
+        self.plan = Box::new(plan(&real(&self.points), fit, self.step));
         self.report_curve();
         self
     }
@@ -182,7 +186,7 @@ impl<S: Scalar> Coordinates<S> {
         self.repairs.truncate(self.read);
         let points = real(&self.points);
         let extent = extent(&points);
-        let Ok(plan) = &self.plan else { return };
+        let Ok(plan) = &*self.plan else { return };
         for gap in gaps(&points, extent).into_iter().filter(|gap| !plan.straight.contains(gap)) {
             let (line, distance) = (self.lines.get(gap).copied().unwrap_or(0), distance(points[gap], points[gap + 1]));
             record(&mut self.repairs, Repair::GapSuspected { count: 1, line, distance });
@@ -249,7 +253,7 @@ impl<S: Scalar> Coordinates<S> {
     /// # Errors
     /// A curve that cannot be made.
     pub fn deviation(&self) -> Result<Deviation, SectionError> {
-        self.plan.as_ref().map(|plan| plan.deviation).map_err(Clone::clone)
+        Ok(self.plan()?.deviation)
     }
 
     /// The points moved, turned and scaled so that the nose of the curve is the origin and the middle of the trailing
@@ -266,7 +270,7 @@ impl<S: Scalar> Coordinates<S> {
         normalized.repairs.truncate(self.read);
         normalized.repairs.push(Repair::Normalized { shift: origin.map(|c| -c), turn: (-sine).atan2(cosine), scale });
         normalized.read = normalized.repairs.len();
-        let fit = match self.plan.as_ref().map_or(Fit::Interpolate, |plan| plan.fit) {
+        let fit = match self.plan()?.fit {
             Fit::Tolerance(tolerance) => Fit::Tolerance(tolerance * scale),
             other => other,
         };
@@ -309,7 +313,7 @@ impl<S: Scalar> Coordinates<S> {
     /// # Errors
     /// A curve that crosses itself between the points, a fit that is not possible or far from the points.
     pub fn section(&self) -> Result<Section<S>, SectionError> {
-        let plan = self.plan.as_ref().map_err(Clone::clone)?;
+        let plan = self.plan()?;
         plan.check(&real(&self.points), &self.lines)?;
         let curve = plan.curve(&self.points)?;
         let real = curve.real();
@@ -334,6 +338,10 @@ impl<S: Scalar> Coordinates<S> {
             (Err(_), Some(corner)) => Ok(corner),
             (found, _) => found,
         }
+    }
+
+    fn plan(&self) -> Result<&Plan, SectionError> {
+        self.plan.as_ref().as_ref().map_err(Clone::clone)
     }
 
     /// Middle of the trailing edge; there are points, or nothing was assembled.

@@ -12,7 +12,7 @@ pub(super) struct Field {
     pub whole: bool,
 }
 
-/// What was unusual in a line but has one reading.
+/// Unusual ways of writing in a line that have one reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Oddity {
     /// A minus sign that is a dash of printed text.

@@ -4,7 +4,7 @@
 //! Where the two ends do not differ so, the order of the points decides, and then the abscissa (the tail is to the
 //! right).
 
-use super::listing::Point;
+use super::point::Point;
 use super::repair::{Repair, record};
 use crate::plane::{between, cross, distance, dot, middle, minus};
 
@@ -15,6 +15,8 @@ pub(super) struct Lie {
     pub axis: [f64; 2],
 }
 
+/// The linear map of a section that is left as it is.
+pub(super) const UNCHANGED: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
 /// Sections turned by less are looked at along x.
 const LITTLE_TURN: f64 = 0.2;
 /// The nose lies to the right where the chord is turned by more.
@@ -25,7 +27,6 @@ const UPRIGHT: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// Finds how a section lies, and mirrors one with its nose to the right or exchanges the axes of one that stands upright
 /// and runs clockwise. Returns the linear map that was applied too.
 pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> (Lie, [[f64; 2]; 2]) {
-    const SAME: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
     let turn = turn(points, extent);
     let map = if turn.abs() > NOSE_RIGHT {
         record(repairs, Repair::Mirrored);
@@ -34,10 +35,10 @@ pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair
         record(repairs, Repair::AxesExchanged);
         [[0.0, 1.0], [1.0, 0.0]]
     } else {
-        SAME
+        UNCHANGED
     };
-    if map == SAME {
-        return (Lie::turned(turn), SAME);
+    if map == UNCHANGED {
+        return (Lie::turned(turn), UNCHANGED);
     }
     for point in points.iter_mut() {
         // rows of one number and a zero: exact
@@ -48,6 +49,11 @@ pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair
 }
 
 impl Lie {
+    /// The chord along x.
+    pub fn level() -> Self {
+        Self { axis: [1.0, 0.0] }
+    }
+
     fn turned(turn: f64) -> Self {
         let axis = if turn.abs() < LITTLE_TURN { [1.0, 0.0] } else { [turn.cos(), turn.sin()] };
         Self { axis }
@@ -96,16 +102,19 @@ fn turn(points: &[Point], extent: f64) -> f64 {
     let nearer = distance(start, a) <= distance(start, b);
     let right = a[0] >= b[0];
     let (a, b) = if (begins && nearer) || (!begins && right) { (a, b) } else { (b, a) };
-    let tail_is_a = match (end(points, a, b), end(points, b, a)) {
+    let ((kind, width), (other, other_width)) = (end(points, a, b), end(points, b, a));
+    let tail_is_a = match (kind, other) {
         (End::Round, End::Sharp) => false,
         (End::Sharp, End::Round) => true,
-        _ => a[0] - b[0] >= -0.5 * distance(a, b),
+        _ if a[0] - b[0] >= -0.5 * distance(a, b) => true,
+        // listed from an end to the left: from the tail, if the other end is clearly thicker
+        _ => begins && other_width > 1.4 * width,
     };
     let [x, y] = if tail_is_a { minus(a, b) } else { minus(b, a) };
     y.atan2(x)
 }
 
-/// What an end of an outline looks like.
+/// The look of an end of an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum End {
     Round,
@@ -115,20 +124,21 @@ enum End {
     Unclear,
 }
 
-/// Judges an end by the widths of the outline at distances from there towards the other end.
-fn end(points: &[Point], end: [f64; 2], other: [f64; 2]) -> End {
+/// Judges an end by the widths of the outline at distances from there towards the other end, and gives the farthest.
+fn end(points: &[Point], end: [f64; 2], other: [f64; 2]) -> (End, f64) {
     let chord = distance(end, other);
     let axis = minus(other, end).map(|c| c / chord);
     let [tip, near, far] = [0.002, 0.02, 0.08].map(|share| width(points, end, axis, share * chord));
     // a base is as wide at its end as behind it; of the rest a wedge grows fourfold and a parabola twofold
     let (tip, growth) = (tip / far, (near - tip) / (far - tip));
-    if tip > 0.6 || (growth < 0.3 && tip < 0.5) {
+    let kind = if tip > 0.6 || (growth < 0.3 && tip < 0.5) {
         End::Sharp
     } else if (0.07..0.3).contains(&tip) && (0.36..0.62).contains(&growth) {
         End::Round
     } else {
         End::Unclear
-    }
+    };
+    (kind, far)
 }
 
 /// Width of the closed outline across `axis` at a distance from `end`.

@@ -1,7 +1,8 @@
 //! From numbered points to one loop in Selig order, with every change recorded.
 
-use super::listing::{Listing, Point};
-use super::orientation::{Lie, farthest_pair, orient, signed_area};
+use super::listing::Listing;
+use super::orientation::{Lie, UNCHANGED, farthest_pair, orient, signed_area};
+use super::point::Point;
 use super::repair::{Repair, record};
 use super::strays::{drop_outlier, drop_spikes, drop_strays, report_ends, report_spikes};
 use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
@@ -39,15 +40,18 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
     }
     let mut points = join_surfaces(&given, surfaces, &breaks);
     check_closed(&points)?;
-    let (lie, map) = orient(&mut points, extent(&given), &mut repairs);
-    let mut mend = Mend { lie, step, repairs };
+    let mut map = UNCHANGED;
+    let mut mend = Mend { lie: Lie::level(), step, repairs };
     // one repair may call for another; what comes out must need none
     for _ in 0..ROUNDS {
         let (before, recorded) = (points.clone(), mend.repairs.clone());
+        let extent = extent(&points);
+        let (lie, change) = orient(&mut points, extent, &mut mend.repairs);
+        mend.lie = lie;
+        map = [0, 1].map(|row| [0, 1].map(|column| (0..2).map(|k| change[row][k] * map[k][column]).sum()));
         let trailing_edge = mend.round(&mut points)?;
         if points == before && mend.repairs == recorded {
             let Some((i, j, [x, y])) = polygon_crossing(&points) else {
-                let extent = extent(&points);
                 report_spikes(&points, extent, step, &mut mend.repairs);
                 report_ends(&points, extent, step, &mut mend.repairs);
                 return Ok(Outline { points, trailing_edge, repairs: mend.repairs, map });
@@ -90,7 +94,7 @@ fn check_closed(points: &[Point]) -> Result<(), CoordinateError> {
     Err(CoordinateError::Unfinished { line: if at_end(first) { last.line } else { first.line }, distance: gap })
 }
 
-/// What the repairs of an outline share.
+/// The repairs of an outline, and all they share.
 struct Mend {
     lie: Lie,
     /// Unit of the last digit.
@@ -116,6 +120,7 @@ impl Mend {
         self.complete_tail(points, extent)?;
         drop_spikes(points, extent, self.step, &mut self.repairs);
         self.sort_surfaces(points, extent);
+        drop_strays(points, extent, &mut self.repairs);
         if signed_area(points) < 0.0 {
             points.reverse();
             self.repairs.push(Repair::Reversed);
@@ -143,7 +148,23 @@ impl Mend {
             }
         }
         *points = kept;
+        self.drop_detours(points, extent);
         self.drop_repeated_blocks(points);
+    }
+
+    /// Drops points to which the outline goes and comes back to where it was: points of reference between surfaces.
+    fn drop_detours(&mut self, points: &mut Vec<Point>, extent: f64) {
+        let mut i = 1;
+        while i + 1 < points.len() && points.len() > FEWEST {
+            let back = distance(&points[i - 1], &points[i + 1]) <= SAME * extent;
+            if back && distance(&points[i - 1], &points[i]) > 0.01 * extent {
+                let line = points[i].line;
+                points.drain(i..=i + 1);
+                self.record(Repair::StrayDropped { count: 1, line });
+            } else {
+                i += 1;
+            }
+        }
     }
 
     /// Drops points that repeat, in the same order, the points just before them.
@@ -312,8 +333,11 @@ fn join_surfaces(points: &[Point], surfaces: Option<[usize; 2]>, breaks: &[usize
     // the two ends that lie furthest to the left (together) are the nose; lowest, where the section stands upright
     let [dx, dy] = minus(a_last.xy, a_first.xy);
     let d = usize::from(dy.abs() > dx.abs());
-    let nose_first = a_first.xy[d] <= a_last.xy[d];
-    let nose_second = b_first.xy[d] <= b_last.xy[d];
+    // announced surfaces that begin at one point and end at two begin at the nose, wherever it lies
+    let at_base = |p: &Point, q: &Point| distance(p, q) > SAME * extent;
+    let from_nose = surfaces.is_some() && !at_base(a_first, b_first) && at_base(a_last, b_last);
+    let nose_first = from_nose || a_first.xy[d] <= a_last.xy[d];
+    let nose_second = from_nose || b_first.xy[d] <= b_last.xy[d];
     let mut chain: Vec<Point> = if nose_first { a.iter().rev().copied().collect() } else { a.to_vec() };
     let second: Vec<Point> = if nose_second { b.to_vec() } else { b.iter().rev().copied().collect() };
     // both surfaces name the nose

@@ -1,7 +1,7 @@
 //! Points that do not belong to the outline: points of reference before or behind it, and points off the line of all
 //! their neighbours.
 
-use super::listing::Point;
+use super::point::Point;
 use super::repair::{Repair, record};
 use crate::plane::{between, bounds, distance, dot, minus};
 
@@ -26,11 +26,18 @@ const DENSE: usize = 60;
 /// Most points that are dropped; a file with more is not understood.
 const MOST_SPIKES: usize = 4;
 
-/// Drops a point so far away that all others together are small beside it: a slip of the decimal point.
+/// Drops points so far away that all others together are small beside them: slips of the decimal point.
 pub(super) fn drop_outlier(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) {
+    while let Some(index) = outlier(points) {
+        let line = points.remove(index).line;
+        record(repairs, Repair::StrayDropped { count: 1, line });
+    }
+}
+
+fn outlier(points: &[Point]) -> Option<usize> {
     const FACTOR: f64 = 5.0;
     if points.len() <= FEWEST {
-        return;
+        return None;
     }
     let extent = |skipped: Option<usize>| {
         let others = points.iter().enumerate().filter(|(i, _)| Some(*i) != skipped);
@@ -41,11 +48,7 @@ pub(super) fn drop_outlier(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) {
     // one of the points on the sides of the bounding box
     let most = |key: fn(&Point) -> f64| (0..points.len()).max_by(|&i, &j| key(&points[i]).total_cmp(&key(&points[j])));
     let keys: [fn(&Point) -> f64; 4] = [|p| p.xy[0], |p| -p.xy[0], |p| p.xy[1], |p| -p.xy[1]];
-    let outlier = keys.into_iter().filter_map(most).find(|&i| FACTOR * extent(Some(i)) < all);
-    if let Some(index) = outlier {
-        let line = points.remove(index).line;
-        record(repairs, Repair::StrayDropped { count: 1, line });
-    }
+    keys.into_iter().filter_map(most).find(|&i| FACTOR * extent(Some(i)) < all)
 }
 
 /// Drops a first or last point far from an outline that is closed without it.
@@ -89,10 +92,35 @@ pub(super) fn report_spikes(points: &[Point], extent: f64, step: f64, repairs: &
     }
     let least = (SUSPECT_SHARE * extent).max(6.0 * step);
     for index in 1..points.len() - 1 {
+        let line = points[index].line;
         if let Some(distance) = spike(points, index, least, SUSPECT) {
-            record(repairs, Repair::SpikeSuspected { count: 1, line: points[index].line, distance });
+            record(repairs, Repair::SpikeSuspected { count: 1, line, distance });
+        }
+        for size in 2..=3 {
+            if let Some(distance) = offset(points, index, size, 2.0 * least, SUSPECT) {
+                record(repairs, Repair::SpikeSuspected { count: size, line, distance });
+            }
         }
     }
+}
+
+/// Distance of a run of points from the cubic through the four around it, if it is at least `least` and `ratio` times
+/// that of the points around it from such curves without the run.
+fn offset(points: &[Point], index: usize, size: usize, least: f64, ratio: f64) -> Option<f64> {
+    let n = points.len();
+    if n < DENSE || index < 3 || index + size + 3 > n {
+        return None;
+    }
+    let around = [index - 2, index - 1, index + size, index + size + 1].map(|i| points[i].xy);
+    let run = &points[index..index + size];
+    let own = run.iter().map(|p| from_polynomial(p.xy, around)).fold(f64::INFINITY, f64::min);
+    // written so that NaN fails
+    if !(own >= least) || distance(around[1], around[2]) > 6.0 * distance(around[0], around[1]) {
+        return None;
+    }
+    let without = |i: usize| points[i + if i >= index { size } else { 0 }].xy;
+    let others = (index - 2..(index + 2).min(n - size - 2)).map(|i| off_the_line::<4>(n - size, i, without));
+    (own > ratio * others.fold(0.0, f64::max)).then_some(own)
 }
 
 /// Reports first and last points off the line on which the others run out.
@@ -192,6 +220,11 @@ fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize
     for (slot, i) in around.iter_mut().zip(others) {
         *slot = at(i);
     }
+    from_polynomial(at(index), around)
+}
+
+/// Distance of a point from the polynomial through `NEAR` points.
+fn from_polynomial<const NEAR: usize>(point: [f64; 2], around: [[f64; 2]; NEAR]) -> f64 {
     let mut t = [0.0; NEAR];
     for k in 1..NEAR {
         t[k] = t[k - 1] + distance(around[k], around[k - 1]).max(f64::MIN_POSITIVE);
@@ -201,7 +234,6 @@ fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize
         let weights: [f64; NEAR] = std::array::from_fn(weight);
         [0, 1].map(|d| (0..NEAR).map(|k| weights[k] * around[k][d]).sum::<f64>())
     };
-    let point = at(index);
     let mut nearest = f64::INFINITY;
     const PIECES: usize = 8;
     for span in t.windows(2) {

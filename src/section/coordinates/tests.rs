@@ -159,3 +159,211 @@ fn fits_smooth_rounded_points() {
     }
     assert!(read.with_fit_tolerance(-1.0).is_err());
 }
+
+fn turned(points: &[[f64; 2]], degrees: f64) -> Vec<[f64; 2]> {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    points.iter().map(|[x, y]| [x * cosine - y * sine, x * sine + y * cosine]).collect()
+}
+
+#[test]
+fn turned_sections_keep_their_frame() {
+    let points = naca();
+    let area = parse(&file(points.clone())).unwrap().section().unwrap().area();
+    for degrees in [5.0, -5.0, 30.0, -60.0, 90.0, -90.0, 110.0] {
+        let there = turned(&points, degrees);
+        let read = parse(&file(there.clone())).unwrap();
+        assert_eq!((read.points(), read.repairs()), (&there[..], &[][..]), "{degrees}");
+        assert!((read.section().unwrap().area() / area - 1.0).abs() < 1e-9);
+        // the lower surface first, or surfaces with a header
+        let back: Vec<_> = there.iter().rev().copied().collect();
+        let read = parse(&file(back)).unwrap();
+        assert_eq!((read.points().len(), read.repairs().len()), (99, 1), "{degrees}");
+        let upper: Vec<_> = there[..50].iter().rev().copied().collect();
+        if degrees.abs() < 100.0 {
+            let lednicer = format!("t\n50. 50.\n\n{}\n{}", file(upper), file(there[49..].to_vec()));
+            assert_eq!(parse(&lednicer).unwrap().points(), there, "{degrees}");
+        }
+    }
+}
+
+#[test]
+fn noses_to_the_right_and_upright_sections_are_recognised() {
+    let points = naca();
+    for coarse in [1, 7] {
+        let points: Vec<_> = points.iter().step_by(coarse).copied().collect();
+        let mirrored: Vec<_> = points.iter().map(|[x, y]| [-x, *y]).collect();
+        let read = parse(&file(mirrored.clone())).unwrap();
+        assert_eq!(read.points(), points);
+        assert!(read.repairs().starts_with(&[Repair::Mirrored]));
+        let read = parse(&file(mirrored.iter().rev().copied())).unwrap();
+        assert_eq!(read.points(), points);
+        assert!(read.repairs().starts_with(&[Repair::Mirrored, Repair::Reversed]));
+        let read = parse(&file(points.iter().map(|[x, y]| [*y, *x]))).unwrap();
+        assert_eq!(read.points(), points);
+        assert!(read.repairs().starts_with(&[Repair::AxesExchanged]));
+    }
+    // the derivatives are mirrored with the points
+    use num_dual::Dual64;
+    let duals: Vec<_> = points.iter().map(|[x, y]| [Dual64::new(-x, 2.0), Dual64::new(*y, 3.0)]).collect();
+    let read = Coordinates::from_points("", &duals).unwrap();
+    assert!(read.points().iter().all(|[x, y]| x.eps == -2.0 && y.eps == 3.0));
+}
+
+#[test]
+fn strays_and_spikes_are_dropped_or_told() {
+    let points = naca();
+    let read = |points: &[[f64; 2]]| parse(&file(points.to_vec())).unwrap();
+    let reference = [0.25, 0.0];
+    let first: Vec<_> = [reference].into_iter().chain(points.clone()).collect();
+    let last: Vec<_> = points.iter().copied().chain([reference]).collect();
+    for (text, line) in [(first, 1), (last, 100)] {
+        let read = read(&text);
+        assert_eq!((read.points(), read.repairs()), (&points[..], &[Repair::StrayDropped { count: 1, line }][..]));
+    }
+    let mut slip = points.clone();
+    slip[70][0] *= 1e4;
+    let without: Vec<_> = (0..99).filter(|&i| i != 70).map(|i| points[i]).collect();
+    assert_eq!(read(&slip).points(), without);
+    for (index, height) in [(30, 0.02), (30, 0.005), (70, -0.005), (3, 0.01), (95, 0.02), (46, 0.02)] {
+        let mut spike = points.clone();
+        spike[index][1] += height;
+        let read = read(&spike);
+        let line = index + 1;
+        let dropped = |r: &Repair| matches!(r, Repair::SpikeDropped { count: 1, line: l, .. } if *l == line);
+        assert!(read.repairs().len() == 1 && dropped(&read.repairs()[0]), "{index} {height} {:?}", read.repairs());
+        assert_eq!(read.points().len(), 98);
+    }
+    let mut small = points.clone();
+    small[30][1] += 0.0015;
+    let read = read(&small);
+    assert!(matches!(read.repairs(), [Repair::SpikeSuspected { count: 1, line: 31, .. }]), "{:?}", read.repairs());
+    assert_eq!(read.points().len(), 99);
+}
+
+#[test]
+fn exchanged_points_and_repeated_blocks_are_put_right() {
+    let points = naca();
+    for i in [5, 46, 49, 52, 80] {
+        let mut text = points.clone();
+        text.swap(i, i + 1);
+        let read = parse(&file(text)).unwrap();
+        assert_eq!(read.points(), points, "{i}");
+        assert!(matches!(read.repairs(), [Repair::Sorted { count: 2, .. }]), "{:?}", read.repairs());
+    }
+    let twice: Vec<_> = points[..60].iter().chain(&points[40..]).copied().collect();
+    let read = parse(&file(twice)).unwrap();
+    assert_eq!((read.points(), read.repairs()), (&points[..], &[Repair::DuplicateDropped { count: 20, line: 61 }][..]));
+}
+
+#[test]
+fn missing_surfaces_and_noses_are_noticed() {
+    use CoordinateError as E;
+    let points = naca();
+    for surface in [&points[..50], &points[49..]] {
+        assert!(matches!(parse(&file(surface.to_vec())), Err(E::OneSurface { first: 1, last: 50 })));
+    }
+    let behind = |x: f64| points.iter().copied().filter(move |p| p[0] > x);
+    for x in [0.1, 0.03] {
+        let read = parse(&file(behind(x))).unwrap();
+        let told = |r: &Repair| matches!(r, Repair::KeptStraight { .. } | Repair::GapSuspected { .. });
+        assert!(read.repairs().iter().any(told), "{x} {:?}", read.repairs());
+    }
+}
+
+/// Area of the closed polygon.
+fn polygon(points: &[[f64; 2]]) -> f64 {
+    let next = points.iter().skip(1).chain(&points[..1]);
+    points.iter().zip(next).map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum()
+}
+
+#[test]
+fn the_curve_stays_with_straight_sides_and_corners() {
+    let points = naca();
+    let with = |rest: &[[f64; 2]]| [&points[..50], rest].concat();
+    let shapes: [(&str, Vec<[f64; 2]>); 8] = [
+        ("flat bottom by its ends", with(&[[1.0, -0.001]])),
+        ("flat bottom behind a round nose", with(&[points[52], points[55], [1.0, -0.001]])),
+        ("few points below", with(&[[0.3, -0.03], [0.7, -0.01], [1.0, -0.001]])),
+        ("plate", vec![[1.0, 0.015], [0.0, 0.015], [0.0, -0.015], [1.0, -0.015]]),
+        ("diamond", vec![[1.0, 0.0], [0.5, 0.05], [0.0, 0.0], [0.5, -0.05], [1.0, 0.0]]),
+        (
+            "double wedge",
+            vec![[1.0, 0.0], [0.7, 0.04], [0.3, 0.04], [0.0, 0.0], [0.3, -0.04], [0.7, -0.04], [1.0, 0.0]],
+        ),
+        ("wedge", vec![[1.0, 0.05], [0.5, 0.025], [0.0, 0.0], [0.5, -0.025], [1.0, -0.05]]),
+        ("four sides of an arc", vec![[1.0, 0.0], [0.75, 0.09], [0.5, 0.12], [0.25, 0.09], [0.0, 0.0], [1.0, 0.0]]),
+    ];
+    for (name, points) in shapes {
+        let read = Coordinates::from_points(name, &points).unwrap();
+        let section = read.section().unwrap();
+        assert!((section.area() / polygon(&points) - 1.0).abs() < 0.01, "{name} {}", section.area());
+        assert!(read.repairs().iter().any(|r| matches!(r, Repair::KeptStraight { .. })), "{name} {:?}", read.repairs());
+        assert!(read.deviation().unwrap().polygon < 0.02, "{name}");
+        for p in &points {
+            assert!(section.curve().closest_point(*p).unwrap().distance() < 1e-9, "{name}");
+        }
+        // a curve is linear in its points: twice the points make twice the curve
+        let twice: Vec<_> = points.iter().map(|p| p.map(|c| 2.0 * c)).collect();
+        let twice = Coordinates::from_points(name, &twice).unwrap().section().unwrap();
+        assert!((twice.area() / section.area() - 4.0).abs() < 1e-9, "{name}");
+    }
+}
+
+#[test]
+fn smooth_points_are_interpolated_as_ever() {
+    use crate::spline::{EndCondition, chord_length_parameters, interpolate};
+    let points = naca();
+    let read = Coordinates::from_points("", &points).unwrap();
+    let parameters: Vec<f64> = chord_length_parameters(&points).unwrap();
+    let plain = interpolate(&parameters, &points, EndCondition::Natural).unwrap();
+    let curve = read.section().unwrap().curve().clone();
+    assert_eq!(curve.knots(), plain.knots());
+    assert_eq!(curve.control_points()[1..100], plain.control_points()[1..100]);
+    let Deviation { points, polygon, .. } = read.deviation().unwrap();
+    assert!(points < 1e-14 && polygon > 1e-5 && polygon < 1e-3, "{points} {polygon}");
+}
+
+#[test]
+fn coarsely_rounded_points_are_smoothed() {
+    let definition = SectionDefinition::parse("naca4412").unwrap().with_control_points(2003).unwrap();
+    let dense = definition.section().unwrap();
+    let radius = dense.nose_radius().unwrap();
+    for (digits, most) in [(3, 0.5), (4, 0.1), (5, 0.05)] {
+        let text: String = dense.points(2001).iter().map(|[x, y]| format!("{x:.digits$} {y:.digits$}\n")).collect();
+        let read = parse(&text).unwrap();
+        let section = read.section().unwrap();
+        let found = section.nose_radius().unwrap();
+        assert!((found / radius - 1.0).abs() < most, "{digits} digits: nose radius {found} for {radius}");
+        assert!((section.area() / dense.area() - 1.0).abs() < 1e-3);
+        let step = 10f64.powi(-(digits as i32));
+        let told = |r: &Repair| matches!(r, Repair::Smoothed { step: s, distance, .. } if (s / step - 1.0).abs() < 1e-9 && *distance < 1.6 * step);
+        assert!(read.repairs().iter().any(told), "{:?}", read.repairs());
+        assert!(section.curve().control_points().len() < 600);
+    }
+    // points in memory have no last digit
+    let rounded: Vec<_> = dense.points(2001).iter().map(|p| p.map(|c| (c * 1e5).round() / 1e5)).collect();
+    let read = Coordinates::from_points("", &rounded).unwrap();
+    assert!(!read.repairs().iter().any(|r| matches!(r, Repair::Smoothed { .. })));
+}
+
+#[test]
+fn fits_and_the_chord_frame_are_told() {
+    let points = turned(&naca(), 5.0).iter().map(|p| p.map(|c| 300.0 * c)).collect::<Vec<_>>();
+    let read = parse(&file(points)).unwrap().with_control_points(41).unwrap();
+    let [Repair::Fitted { control_points: 41, distance, .. }] = read.repairs()[..] else {
+        panic!("{:?}", read.repairs())
+    };
+    assert_eq!(distance, read.deviation().unwrap().points);
+    assert!(distance > 0.0 && distance < 1.0);
+    let normalized = read.normalized().unwrap();
+    let [Repair::Normalized { shift, turn, scale }, Repair::Fitted { .. }] = normalized.repairs()[..] else {
+        panic!("{:?}", normalized.repairs())
+    };
+    assert!((turn.to_degrees() + 5.0).abs() < 0.5 && (scale * 300.0 - 1.0).abs() < 1e-2);
+    let moved: Vec<_> = read.points().iter().map(|p| [p[0] + shift[0], p[1] + shift[1]]).collect();
+    for (p, q) in turned(&moved, turn.to_degrees()).iter().zip(normalized.points()) {
+        assert!((p[0] * scale - q[0]).abs() < 1e-12 && (p[1] * scale - q[1]).abs() < 1e-12);
+    }
+    let frame = normalized.section().unwrap().chord_frame().unwrap();
+    assert!((frame.chord - 1.0).abs() < 1e-9 && frame.axis[1].abs() < 1e-9);
+}
