@@ -1,5 +1,6 @@
 //! How a subcommand ends badly.
 
+use super::message::say;
 use crate::case::{CaseError, RunError};
 
 /// Why the command ends with a status other than 0.
@@ -9,14 +10,24 @@ pub(super) enum Failure {
     Input(String),
     /// The computation did not succeed: status 1.
     Computation(String),
+    /// The computation did not succeed, and standard output holds what there is: status 1.
+    Told(String),
     /// The reader of standard output has gone: status 0, nothing said.
     Quiet,
 }
 
 impl Failure {
+    /// The reason, where no result has been printed that holds it.
+    pub fn untold(&self) -> Option<&str> {
+        match self {
+            Self::Input(message) | Self::Computation(message) => Some(message),
+            Self::Told(_) | Self::Quiet => None,
+        }
+    }
+
     pub fn report(&self) {
         match self {
-            Self::Input(message) | Self::Computation(message) => eprintln!("aeroform: {message}"),
+            Self::Input(message) | Self::Computation(message) | Self::Told(message) => say(message),
             Self::Quiet => {}
         }
     }
@@ -25,7 +36,7 @@ impl Failure {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Input(_) => 2,
-            Self::Computation(_) => 1,
+            Self::Computation(_) | Self::Told(_) => 1,
             Self::Quiet => 0,
         }
     }

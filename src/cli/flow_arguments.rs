@@ -1,8 +1,11 @@
 //! Arguments that `analyze` and `polar` share: section, panels, condition.
 
 use super::failure::Failure;
+use super::figures::Body;
+use super::message::note;
 use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
-use crate::section::SectionDefinition;
+use crate::report::json::repairs;
+use crate::section::{Section, SectionDefinition};
 
 /// Section and condition on the command line.
 #[derive(Debug, Clone, clap::Args)]
@@ -30,10 +33,10 @@ pub(super) struct FlowArguments {
 const MOST_PANELS: usize = 2000;
 
 impl FlowArguments {
-    /// Name of the section in a title: as given, or the name of its file without the way there.
+    /// Name of the section in a title: as given, or the name of its file without the way there and its ending.
     pub fn name(&self) -> std::borrow::Cow<'_, str> {
         let path = std::path::Path::new(&self.shape);
-        match path.file_name() {
+        match path.file_stem() {
             Some(name) if path.is_file() => name.to_string_lossy(),
             _ => self.shape.as_str().into(),
         }
@@ -56,8 +59,28 @@ impl FlowArguments {
     }
 }
 
+/// A section ready for the flow solver, scaled to unit chord.
+pub(super) struct Panelled {
+    /// The section.
+    pub section: Section<f64>,
+    /// The panel nodes.
+    pub nodes: Vec<[f64; 2]>,
+    /// The factorised panels.
+    pub panels: PanelledSection,
+    /// A sentence for everything that was mended in its file.
+    pub repairs: Vec<String>,
+}
+
+impl Panelled {
+    /// The section for figures.
+    pub fn body(&self) -> Result<Body<'_>, Failure> {
+        let frame = self.section.chord_frame().map_err(|e| Failure::Computation(e.to_string()))?;
+        Ok(Body { nodes: &self.nodes, frame })
+    }
+}
+
 /// The nodes and the factorised panels of the section, scaled to unit chord.
-pub(super) fn panelled(arguments: &FlowArguments) -> Result<(Vec<[f64; 2]>, PanelledSection), Failure> {
+pub(super) fn panelled(arguments: &FlowArguments) -> Result<Panelled, Failure> {
     let bad = |e: &dyn std::fmt::Display| {
         let message = e.to_string();
         let named = message.contains(&arguments.shape);
@@ -67,9 +90,10 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<(Vec<[f64; 2]>, Pane
         return Err(Failure::Input(format!("--panels {}: at most {MOST_PANELS}", arguments.panels)));
     }
     let mut definition = SectionDefinition::parse(&arguments.shape).map_err(|e| bad(&e))?;
+    let repairs = repairs(&definition);
     if let SectionDefinition::Coordinates(coordinates) = &definition {
         for repair in coordinates.repairs() {
-            eprintln!("aeroform: {}: repaired: {repair}", arguments.shape);
+            note(&format!("{}: repaired: {repair}", arguments.shape));
         }
         // coefficients are on the chord
         definition = SectionDefinition::Coordinates(coordinates.normalized().map_err(|e| bad(&e))?);
@@ -78,5 +102,5 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<(Vec<[f64; 2]>, Pane
     let parameters = panel_parameters(&section, arguments.panels + 1);
     let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
     let panels = PanelledSection::new(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
-    Ok((nodes, panels))
+    Ok(Panelled { section, nodes, panels, repairs })
 }

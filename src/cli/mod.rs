@@ -7,16 +7,24 @@ mod analyze;
 mod cases;
 mod design_vector;
 mod evaluate;
+mod events;
+mod export;
 mod failure;
 mod figures;
 mod flow_arguments;
 mod gradients;
 mod html;
+mod message;
 mod output;
+mod overview;
 mod polar;
 mod processor;
+mod progress;
 mod run;
+mod run_files;
 mod section;
+mod summary;
+mod table_csv;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -26,6 +34,8 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "aeroform", version, about, long_about = None, arg_required_else_help = true)]
 struct Arguments {
+    #[command(flatten)]
+    voice: message::Voice,
     #[command(subcommand)]
     command: Command,
 }
@@ -50,11 +60,39 @@ enum Command {
 
 /// Runs the command with the arguments of the process.
 pub fn main() -> ExitCode {
-    match processor::check().and_then(|()| run_command(Arguments::parse().command)) {
+    let arguments = Arguments::parse();
+    arguments.voice.raise();
+    let as_json = arguments.command.prints_json();
+    match processor::check().and_then(|()| run_command(arguments.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
+            if let Some(reason) = failure.untold().filter(|_| as_json) {
+                // a script that reads the output finds an object there in any case
+                let _ = output::print_json(&FailureReport { failed: reason });
+            }
             failure.report();
             failure.exit_status().into()
+        }
+    }
+}
+
+/// What `--json` prints where there is no result.
+#[derive(serde::Serialize)]
+struct FailureReport<'a> {
+    failed: &'a str,
+}
+
+impl Command {
+    /// Whether the result is wanted as JSON.
+    fn prints_json(&self) -> bool {
+        match self {
+            Self::Run(arguments) => arguments.json,
+            Self::Evaluate(arguments) => arguments.json,
+            Self::Gradients(arguments) => arguments.json,
+            Self::Section(arguments) => arguments.json,
+            Self::Analyze(arguments) => arguments.json,
+            Self::Polar(arguments) => arguments.json,
+            Self::Cases(arguments) => arguments.json,
         }
     }
 }

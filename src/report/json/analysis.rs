@@ -1,13 +1,22 @@
 //! Flows about a section.
 
-use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution};
+use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution, Status};
 use serde::Serialize;
 
-/// A viscous flow; the coefficients of a flow whose status says that its numbers do not hold are `None`.
+/// Whether a solution has numbers that lie beyond the model: the flow is separated too far for them to be relied on, but
+/// they show how lift breaks down and drag rises.
+pub fn has_doubtful_numbers(solution: &Solution) -> bool {
+    matches!(solution.status, Status::Separated { .. })
+}
+
+/// A viscous flow; the coefficients of a flow that was not found, or that the model cannot describe at all, are `None`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AnalysisReport {
     /// Whether the numbers hold.
     pub converged: bool,
+    /// Whether the flow lies beyond what the model describes. The numbers of separated flow are given nevertheless; they
+    /// are not to be relied on.
+    pub beyond_model: bool,
     /// The status in words.
     pub status: String,
     /// Largest residual of the equations.
@@ -29,6 +38,8 @@ pub struct AnalysisReport {
     pub cd_pressure: Option<f64>,
     /// Drag coefficient of the friction.
     pub cd_friction: Option<f64>,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
     /// Derivatives, where they were asked for; `None` inside where the numbers do not hold.
@@ -68,12 +79,13 @@ pub struct FlowDerivatives {
 }
 
 impl AnalysisReport {
-    /// The report of a flow that took `seconds`.
-    pub fn new(solution: &Solution, seconds: f64) -> Self {
+    /// The report of a flow that took `seconds`, about a section with these repairs.
+    pub fn new(solution: &Solution, seconds: f64, repairs: &[String]) -> Self {
         let reliable = solution.is_reliable();
-        let number = |value: f64| reliable.then_some(value);
+        let number = |value: f64| (reliable || has_doubtful_numbers(solution)).then_some(value);
         Self {
             converged: reliable,
+            beyond_model: matches!(solution.status, Status::Separated { .. } | Status::OutsideModel { .. }),
             status: solution.status.to_string(),
             residual: solution.residual,
             iterations: solution.iterations,
@@ -84,6 +96,7 @@ impl AnalysisReport {
             coefficients: solution.coefficients.map(number),
             cd_pressure: number(solution.cd_pressure),
             cd_friction: number(solution.cd_friction),
+            repairs: repairs.to_vec(),
             seconds,
             gradients: None,
             nodes: None,
@@ -134,15 +147,26 @@ pub struct InviscidReport {
     pub cm: f64,
     /// Lowest pressure coefficient.
     pub cp_min: f64,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
 }
 
 impl InviscidReport {
-    /// The report of a flow at a Mach number that took `seconds`.
-    pub fn new(solution: &InviscidSolution, mach: f64, seconds: f64) -> Self {
+    /// The report of a flow at a Mach number that took `seconds`, about a section with these repairs.
+    pub fn new(solution: &InviscidSolution, mach: f64, seconds: f64, repairs: &[String]) -> Self {
         let InviscidSolution { cl, cm, cp_min, .. } = *solution;
-        Self { converged: true, alpha: solution.alpha.to_degrees(), mach, cl, cm, cp_min, seconds }
+        Self {
+            converged: true,
+            alpha: solution.alpha.to_degrees(),
+            mach,
+            cl,
+            cm,
+            cp_min,
+            repairs: repairs.to_vec(),
+            seconds,
+        }
     }
 }
 
@@ -151,6 +175,8 @@ impl InviscidReport {
 pub struct PolarReport {
     /// The section, as it was asked for.
     pub section: String,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// One flow per angle of attack.
     pub points: Vec<AnalysisReport>,
 }
