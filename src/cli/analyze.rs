@@ -150,8 +150,11 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
     text
 }
 
-/// Columns of the table of the boundary layer after the name of the side.
-const STATION: [(&str, fn(&StationFlow) -> f64); 11] = [
+/// A column of the table of the boundary layer: its name and its number.
+type StationColumn = (&'static str, fn(&StationFlow) -> f64);
+
+/// Columns after the name of the side.
+const STATION: [StationColumn; 11] = [
     ("s", |p| p.s),
     ("x", |p| p.x),
     ("y", |p| p.y),

@@ -22,7 +22,7 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "UNIT", value_parser = unit)]
     pub unit: Option<LengthUnit>,
     /// Chord of the section in a .step, .igs or .dxf file, in that unit [default: that of the coordinates]
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_negative_numbers = true)]
     chord: Option<f64>,
     /// Write the planar face inside of the outline into a .step file, instead of the outline alone
     #[arg(long)]
@@ -49,11 +49,14 @@ fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Endings of file names.
+type Endings = &'static [&'static str];
+
 impl ExportArguments {
-    /// The options that are given and serve files of these kinds only: coordinates, CAD, STEP.
-    fn given(&self) -> [(&'static str, bool, &'static [&'static str]); 5] {
-        const COORDINATES: &[&str] = &["dat", "csv"];
-        const CAD: &[&str] = &["step", "stp", "igs", "iges", "dxf"];
+    /// Every option, whether it is given, and the files it serves.
+    fn given(&self) -> [(&'static str, bool, Endings); 5] {
+        const COORDINATES: Endings = &["dat", "csv"];
+        const CAD: Endings = &["step", "stp", "igs", "iges", "dxf"];
         [
             ("--points", self.points.is_some(), COORDINATES),
             ("--digits", self.digits.is_some(), &["dat"]),

@@ -192,7 +192,8 @@ fn cp_plot(series: Vec<Series>, mach: f64) -> LineFigure {
     let (mut y_label, mut levels, mut y_range) = ("Cp".to_string(), Vec::new(), None);
     if let Some(critical) = critical_pressure(mach) {
         if critical > low - (high - low) {
-            let room = 0.05 * (high - low);
+            // also for the name of the line
+            let room = 0.12 * (high - low);
             y_range = Some([low.min(critical) - room, high.max(critical) + room]);
             levels.push(Annotation { at: critical, label: format!("critical Cp {}", engineering(critical, 3)) });
         } else {
@@ -215,12 +216,14 @@ pub(super) fn boundary_layer(body: Body<'_>, solution: &Solution, title: &str) -
         ],
         ..LineFigure::default()
     };
+    let mut friction = both("skin friction cf", |s| s.skin_friction);
+    friction.y_range = behind_the_nose(&friction.series);
     let pressure = both("Cp", |s| s.cp);
     let pressure = cp_plot(pressure.series, solution.condition.mach);
     let plots = [
         pressure,
         both("H (kinematic)", |s| s.shape_parameter),
-        both("skin friction cf", |s| s.skin_friction),
+        friction,
         both("amplification n", |s| s.amplification),
         both("displacement δ*/c", |s| s.displacement_thickness),
         both("momentum θ/c", |s| s.momentum_thickness),
@@ -257,6 +260,13 @@ pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str)
         ],
         ..SectionFigure::default()
     })
+}
+
+/// An axis for what happens behind the nose, where the peak at the stagnation point would dwarf it.
+fn behind_the_nose(series: &[Series]) -> Option<[f64; 2]> {
+    let values = series.iter().flat_map(|s| &s.points).filter(|p| p[0] > 0.03).map(|p| p[1]);
+    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    (high > low).then_some([low - 0.05 * (high - low), high + 0.15 * (high - low)])
 }
 
 /// A named sweep of the angle of attack.

@@ -15,6 +15,7 @@ fn quantities_have_the_units_of_people() {
     assert_eq!(change("cd", Some(0.01), Some(0.0075)), "-25 %");
     assert_eq!(change("cd", Some(0.0), Some(0.0075)), "+75 counts");
     assert_eq!(change("cl", Some(0.5), Some(-0.1)), "-0.6");
+    assert_eq!(change("shape_error", Some(0.0076), Some(3.8e-7)), "÷ 20000");
     assert_eq!(change("cl", None, Some(-0.1)), "");
     assert_eq!(bound("area", Some(0.5), Some(0.5)), "= 0.5");
     assert_eq!(bound("cd", None, Some(0.01)), "≤ 100 counts");

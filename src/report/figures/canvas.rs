@@ -83,10 +83,11 @@ impl Canvas {
         self.add(html! { circle cx=(x) cy=(y) r=(radius) fill=(color.hex()) stroke="#ffffff" stroke-width="0.6" {} });
     }
 
-    /// A small triangle that points to something beyond the upper edge of a frame.
-    fn pointer(&mut self, at: [f64; 2], color: Color) {
+    /// A small triangle at the edge of a frame that points to something beyond it: above it for a `side` of 1, below it
+    /// for −1.
+    fn pointer(&mut self, at: [f64; 2], side: f64, color: Color) {
         let corners = [[-3.5, 7.0], [0.0, 1.0], [3.5, 7.0]].map(|[x, y]| {
-            let (x, y) = (pixels(at[0] + x), pixels(at[1] + y));
+            let (x, y) = (pixels(at[0] + x), pixels(at[1] + side * y));
             format!("{x},{y}")
         });
         self.add(html! { polygon fill=(color.hex()) points=(corners.join(" ")) {} });
@@ -249,20 +250,23 @@ impl Plot<'_> {
         canvas.text([left - widest - 24.0, 0.5 * (top + bottom)], &self.y.label, LABEL_SIZE, Anchor::Upright);
     }
 
-    /// A curve; where a point cannot be shown there is a gap.
+    /// A curve; where a point cannot be shown there is a gap, and beyond the frame the curve follows its edge.
     pub(super) fn curve(&self, canvas: &mut Canvas, points: &[[f64; 2]], stroke: Stroke) {
-        let pixels: Vec<_> = points.iter().map(|&p| self.pixel(p)).collect();
+        let inside = |[x, y]: [f64; 2]| [x, y.clamp(self.frame.top, self.frame.bottom)];
+        let pixels: Vec<_> = points.iter().map(|&p| self.pixel(p).map(inside)).collect();
         for run in pixels.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
             canvas.line(&run, stroke);
         }
     }
 
-    /// A dot at each point that can be shown; a triangle at the edge for one that lies above the frame.
+    /// A dot at each point that can be shown; a triangle at the edge for one that lies above or below the frame.
     pub(super) fn dots(&self, canvas: &mut Canvas, points: &[[f64; 2]], radius: f64, color: Color) {
         for [x, y] in points.iter().filter_map(|&p| self.pixel(p)) {
             if y < self.frame.top - 1.0 {
-                canvas.pointer([x, self.frame.top], color);
+                canvas.pointer([x, self.frame.top], 1.0, color);
+            } else if y > self.frame.bottom + 1.0 {
+                canvas.pointer([x, self.frame.bottom], -1.0, color);
             } else {
                 canvas.dot([x, y], radius, color);
             }

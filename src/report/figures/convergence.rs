@@ -7,7 +7,7 @@ use super::{Color, Stroke};
 /// only sample the neighbourhood of a design and those that failed. With constraints their largest violation stands
 /// below.
 ///
-/// The vertical axis holds the best designs; trials above it are triangles at its edge. It is logarithmic where the
+/// The vertical axis holds the best designs; trials beyond it are triangles at its edge. It is logarithmic where the
 /// best designs span more than a decade. Violations of 0 are left out.
 ///
 /// ```
@@ -81,7 +81,12 @@ impl ConvergenceFigure {
             ("samples of the curvature", of(&|p| p.sampling), SAMPLE, true),
             ("trial steps", of(&|p| !p.sampling), TRIAL, true),
             ("failed evaluations", failed, FAILED, true),
-            ("best so far", best.clone(), Stroke::palette(0), best.len() <= 60),
+            (
+                if self.constrained { "best so far, constraints first" } else { "best so far" },
+                best.clone(),
+                Stroke::palette(0),
+                best.len() <= 60,
+            ),
         ];
         LineFigure {
             title: self.title.clone(),

@@ -43,7 +43,7 @@ pub struct LineFigure {
     pub annotations: Vec<Annotation>,
     /// Horizontal lines with a name; the axis is not stretched for them.
     pub levels: Vec<Annotation>,
-    /// Ends of the vertical axis, where it is not to hold all points; dots above it are shown as triangles at its edge.
+    /// Ends of the vertical axis, where it is not to hold all points; dots beyond it are shown as triangles at its edge.
     pub y_range: Option<[f64; 2]>,
 }
 
@@ -306,13 +306,16 @@ mod tests {
     }
 
     #[test]
-    fn points_above_a_given_range_are_pointed_to_and_levels_stay_inside() {
-        let mut figure = figure(vec![[0.0, 0.5], [1.0, 9.0]]);
+    fn points_beyond_a_given_range_are_pointed_to_and_levels_stay_inside() {
+        let mut figure = figure(vec![[0.0, 0.5], [1.0, 9.0], [2.0, -9.0]]);
         figure.series[0].dots = true;
         figure.y_range = Some([0.0, 1.0]);
         figure.levels = [0.25, 4.0].map(|at| Annotation { at, label: format!("level {at}") }).into();
         let svg = line_figure(&figure);
-        assert_eq!(svg.matches("<polygon").count(), 1);
+        assert_eq!(svg.matches("<polygon").count(), 2);
+        // the curve stays in the frame
+        let line = &polylines(&svg, "#010203")[0];
+        assert!(line[1][1] > 0.0 && line[1][1] < line[0][1] && line[2][1] < HEIGHT, "{line:?}");
         assert_eq!(texts(&svg).iter().filter(|t| t.starts_with("level")).collect::<Vec<_>>(), ["level 0.25"]);
     }
 }
