@@ -38,7 +38,7 @@ h1{font-size:1.35em;margin:0 0 .2em}h2{font-size:1.15em;margin:2em 0 .4em}\
 .verdict{border:1px solid #d5d5d5;border-radius:8px;padding:1em 1.4em;background:#fafafa}\
 .about{color:#555;margin:.2em 0}.headline{font-size:2.1em;line-height:1.2;margin:.35em 0}\
 .headline b{color:#0b5}.headline b.worse{color:#b00}.headline small{font-size:.5em;color:#555}\
-.columns{display:flex;gap:2.5em;flex-wrap:wrap}.columns>div{flex:1 1 380px}\
+.columns{display:flex;gap:2.5em;flex-wrap:wrap}.columns>div{flex:1 1 380px;margin-bottom:.8em}\
 .verdict h2{font-size:1em;margin:.9em 0 .2em;color:#555}ul{margin:0;padding-left:1.2em}\
 ul.checks{list-style:none;padding:0}.checks li{padding-left:1.5em;text-indent:-1.5em}.checks li::before{display:inline-block;width:1.5em;text-indent:0;font-weight:bold}\
 .good::before{content:'\\2713';color:#0a5}.bad::before{content:'\\2717';color:#c00}\
@@ -110,6 +110,7 @@ impl Page<'_> {
             section.verdict {
                 h1 { (result.case) ": " (result.status) }
                 @if !self.description.is_empty() { p.about { (self.description) } }
+                @for condition in &overview.conditions { p.about { "at " (condition) } }
                 p.headline {
                     small { (objective) " " } (start) " → " (end) " "
                     b.worse[worse] { (change) }
@@ -129,7 +130,6 @@ impl Page<'_> {
                         }
                     }
                 }
-                @for condition in &overview.conditions { p.about { "at " (condition) } }
                 p.about {
                     (result.optimizer) ", " (result.iterations) " iterations, " (result.evaluations) " evaluations, "
                     (engineering(result.seconds, 3)) " s"

@@ -143,9 +143,7 @@ fn standing(progress: &Progress<'_>) -> String {
 
 fn bar() -> ProgressBar {
     let bar = ProgressBar::new(0);
-    if let Ok(style) =
-        ProgressStyle::with_template("{bar:24} {pos} of about {len} evaluations  {msg}  about {eta} left")
-    {
+    if let Ok(style) = ProgressStyle::with_template("{bar:20} {pos} of about {len}, about {eta} left  {wide_msg}") {
         bar.set_style(style);
     }
     bar
