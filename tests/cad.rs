@@ -101,7 +101,7 @@ fn step_entities(text: &str) -> BTreeMap<&str, &str> {
 
 fn read_step(text: &str) -> Found {
     let entities = step_entities(text);
-    assert!(entities.values().any(|e| e.contains("SI_UNIT($,.METRE.)")));
+    assert_eq!(step_unit(text), 1.0);
     let all =
         |kind: &str| entities.values().filter(|e| e.starts_with(&format!("{kind}("))).copied().collect::<Vec<_>>();
     let one = |kind: &str| {
@@ -315,6 +315,136 @@ fn a_sharp_section_is_closed() {
 #[test]
 fn unclamped_curves_in_space_with_extreme_numbers() {
     check(&in_space());
+}
+
+/// The length of a unit in metres as a STEP file declares it.
+fn step_unit(text: &str) -> f64 {
+    let entities = step_entities(text);
+    let context = entities.values().find(|e| e.contains("GLOBAL_UNIT_ASSIGNED_CONTEXT")).unwrap();
+    let units = context.split_once("GLOBAL_UNIT_ASSIGNED_CONTEXT((").unwrap().1;
+    let metres = |reference: &str| {
+        let entity = entities[reference];
+        assert!(entity.contains("LENGTH_UNIT()"), "{entity}");
+        match entity.split_once("SI_UNIT(").unwrap().1.split_once(',').unwrap().0 {
+            "$" => 1.0,
+            ".CENTI." => 0.01,
+            ".MILLI." => 0.001,
+            other => panic!("prefix {other}"),
+        }
+    };
+    let first = units.split_once(',').unwrap().0;
+    let Some(based) = entities[first].split_once("CONVERSION_BASED_UNIT(") else { return metres(first) };
+    let measure = entities[based.1.split_once(',').unwrap().1.split_once(')').unwrap().0];
+    let fields = arguments(measure);
+    let factor = fields[0].strip_prefix("LENGTH_MEASURE(").unwrap().strip_suffix(')').unwrap();
+    number(factor, "E") * metres(&fields[1])
+}
+
+#[test]
+fn units_are_declared_and_coordinates_stay() {
+    use cad::LengthUnit::{Centimetre, Foot, Inch, Metre, Millimetre};
+    for (unit, metres, iges, dxf) in [
+        (Metre, 1.0, ("6", "1HM"), ("6", "1")),
+        (Centimetre, 0.01, ("10", "2HCM"), ("5", "1")),
+        (Millimetre, 0.001, ("2", "2HMM"), ("4", "1")),
+        (Inch, 0.0254, ("1", "2HIN"), ("1", "0")),
+        (Foot, 0.3048, ("4", "2HFT"), ("2", "0")),
+    ] {
+        assert!((unit.millimetres() - 1000.0 * metres).abs() < 1e-12);
+        let options = cad::Options { unit, ..cad::Options::named("unit") };
+        let step = cad::step_with(&blunt(), &options).unwrap();
+        assert!((step_unit(&step) - metres).abs() < 1e-15, "{unit:?}");
+        assert!(step.contains(&format!("unit {}", unit.name())));
+        let file = cad::iges_with(&blunt(), &options).unwrap();
+        let fields = hollerith_fields(&iges_sections(&file)[&'G'].concat());
+        assert_eq!((fields[13].as_str(), fields[14].as_str()), iges);
+        let file = cad::dxf_with(&blunt(), &options).unwrap();
+        let groups = dxf_groups(&file);
+        let header = |name: &str| groups[groups.iter().position(|g| *g == (9, name)).unwrap() + 1].1;
+        assert_eq!((header("$INSUNITS"), header("$MEASUREMENT")), dxf);
+        assert_eq!(read_dxf(&file), expected(&blunt()));
+        // the resolution is a nanometre in every unit
+        let resolution = step.split_once("UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(").unwrap().1;
+        let resolution = number(resolution.split_once(')').unwrap().0, "E");
+        assert!((resolution * metres - 1e-9).abs() < 1e-20, "{unit:?}: {resolution}");
+    }
+}
+
+#[test]
+fn a_face_is_bounded_by_the_outline_and_its_base() {
+    for (curve, edges) in [(blunt(), 2), (sharp(), 1)] {
+        let options = cad::Options { face: true, ..cad::Options::named("face") };
+        let step = cad::step_with(&curve, &options).unwrap();
+        let entities = step_entities(&step);
+        let all = |kind: &str| -> Vec<(&str, Vec<String>)> {
+            let wanted = format!("{kind}(");
+            entities.iter().filter(|(_, e)| e.starts_with(&wanted)).map(|(name, e)| (*name, arguments(e))).collect()
+        };
+        let one = |kind: &str| {
+            let mut found = all(kind);
+            assert_eq!(found.len(), 1, "{kind}");
+            found.remove(0)
+        };
+        let numbers = |list: &str| -> Vec<f64> { arguments(list).iter().map(|n| number(n, "E")).collect() };
+        // from the representation down to the edges
+        let representation = one("MANIFOLD_SURFACE_SHAPE_REPRESENTATION").1;
+        assert!(arguments(&representation[1]).contains(&one("SHELL_BASED_SURFACE_MODEL").0.to_string()));
+        assert_eq!(arguments(&one("SHELL_BASED_SURFACE_MODEL").1[1]), [one("OPEN_SHELL").0]);
+        assert_eq!(arguments(&one("OPEN_SHELL").1[1]), [one("ADVANCED_FACE").0]);
+        let face = one("ADVANCED_FACE").1;
+        assert_eq!(
+            (arguments(&face[1]), face[2].as_str()),
+            (vec![one("FACE_OUTER_BOUND").0.to_string()], one("PLANE").0)
+        );
+        assert_eq!(one("FACE_OUTER_BOUND").1[1], one("EDGE_LOOP").0);
+        let oriented = arguments(&one("EDGE_LOOP").1[1]);
+        assert_eq!(oriented.len(), edges);
+        // every edge begins where the one before ends, and the loop closes
+        let ends: Vec<[Vec<f64>; 2]> = oriented
+            .iter()
+            .map(|name| {
+                let oriented = arguments(entities[name.as_str()]);
+                assert_eq!(oriented[4], ".T.");
+                let edge = arguments(entities[oriented[3].as_str()]);
+                [1, 2].map(|k| {
+                    let vertex = arguments(entities[edge[k].as_str()]);
+                    numbers(&arguments(entities[vertex[1].as_str()])[1])
+                })
+            })
+            .collect();
+        for (k, edge) in ends.iter().enumerate() {
+            assert_eq!(edge[1], ends[(k + 1) % edges][0]);
+        }
+        let points = expected(&curve).points;
+        assert_eq!((&ends[0][0][..], &ends[0][1][..]), (&points[0][..], &points[points.len() - 1][..]));
+        // the plane is z = 0, seen from above: these outlines run counter-clockwise
+        let placement = arguments(entities[one("PLANE").1[1].as_str()]);
+        assert_eq!(numbers(&arguments(entities[placement[1].as_str()])[1]), [0.0; 3]);
+        assert_eq!(numbers(&arguments(entities[placement[2].as_str()])[1]), [0.0, 0.0, 1.0]);
+        // the base is a line from the last point to the first
+        if let [_, base] = &ends[..] {
+            let line = one("LINE").1;
+            assert_eq!(numbers(&arguments(entities[line[1].as_str()])[1]), base[0]);
+            let vector = arguments(entities[line[2].as_str()]);
+            let direction = numbers(&arguments(entities[vector[1].as_str()])[1]);
+            let length = number(&vector[2], "E");
+            for d in 0..3 {
+                assert!((base[0][d] + length * direction[d] - base[1][d]).abs() < 1e-15);
+            }
+        }
+    }
+    // clockwise outlines are seen from below
+    let mut points = sharp().control_points().to_vec();
+    points.reverse();
+    let reversed = BSplineCurve::new(KnotVector::clamped(3, 0.0, 1.0, [1.0 / 3.0; 2]).unwrap(), points).unwrap();
+    let step = cad::step_with(&reversed, &cad::Options { face: true, ..cad::Options::named("face") }).unwrap();
+    assert!(step.contains("DIRECTION('',(0.,0.,-1.))"));
+    let open = cad::Options { face: true, close: false, ..cad::Options::named("open") };
+    assert_eq!(cad::step_with(&blunt(), &open), Err(cad::CadError::NoFace));
+    let options = cad::Options { face: true, ..cad::Options::named("face") };
+    assert_eq!(cad::step_with(&in_space(), &options), Err(cad::CadError::NoFace));
+    assert_eq!(cad::dxf_with(&blunt(), &options), Err(cad::CadError::FaceFormat { format: "DXF" }));
+    assert_eq!(cad::iges_with(&blunt(), &options), Err(cad::CadError::FaceFormat { format: "IGES" }));
 }
 
 #[test]

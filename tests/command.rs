@@ -51,6 +51,16 @@ fn the_main_job_beats_the_paper_and_writes_its_files() {
     let back = aeroform(&["evaluate", "l2-match", "--at", "out/l2-match/result.json", "--json"], folder.path());
     let (a, b) = (json(&back)["objective"].as_f64().unwrap(), result["objective"].as_f64().unwrap());
     assert!((a - b).abs() <= 1e-12 * b);
+    // every quantity has its start and its end
+    assert!(result["initial_objective"].as_f64().unwrap() > 1e-3);
+    let start = json(&aeroform(&["evaluate", "l2-match", "--json"], folder.path()));
+    assert_eq!(result["initial"], start["values"]);
+    assert_eq!(result["initial_variables"], start["variables"]);
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    for words in ["From start to end", "What holds it there", "the box has not folded", "agree with finite differences"]
+    {
+        assert!(page.contains(words), "{words}");
+    }
     // what was written can be read as a section again
     let section = aeroform(&["section", "out/l2-match/final.dat", "--json"], folder.path());
     assert!(json(&section)["camber"].as_f64().unwrap() > 0.07);
@@ -143,6 +153,11 @@ fn a_supersonic_start_ends_at_once_and_says_so() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("supersonic"), "{}", text(&output.stderr));
     assert!(folder.path().join("fast/report.html").exists());
+    // what has no value at the start is null, the rest is there
+    let result = fs::read_to_string(folder.path().join("fast/result.json")).unwrap();
+    let result: serde_json::Value = serde_json::from_str(&result).unwrap();
+    assert!(result["initial"]["cd"].is_null() && result["initial_objective"].is_null());
+    assert!(result["initial"]["area"].as_f64().unwrap() > 0.1);
 }
 
 #[test]
@@ -153,7 +168,7 @@ fn flow_tables_are_checked() {
         ("cl = 0.6", "cl = 0.6\nalpha = 1.0", &["flow", "either"][..]),
         ("mach = 0.1\n", "mach = 1.5\n", &["mach", "1.5"]),
         ("name = \"dash\"", "name = \"slow\"", &["two operating points"]),
-        ("\"cm at cruise\"", "\"cm at crush\"", &["crush", "cruise"]),
+        ("\"cm_at(cruise)\"", "\"cm_at(crush)\"", &["crush", "cruise"]),
         ("reynolds = 3e6", "reynods = 3e6", &["reynods", "did you mean"]),
         ("weight = 0.5", "weight = -0.5", &["weight"]),
     ] {
@@ -173,10 +188,10 @@ fn a_quantity_is_constrained_once_whatever_it_is_called() {
     let last = "fold_indicator = { min = 0.4 }\n";
     let line = 2 + good[..good.find(last).unwrap()].lines().count();
     for (again, quantity, earlier) in [
-        ("\"cm_at(cruise)\"", "cm_at(cruise)", "cm at cruise"),
-        ("\"cm_at( cruise )\"", "cm_at(cruise)", "cm at cruise"),
-        ("cm", "cm_at(cruise)", "cm at cruise"),
-        ("\"thickness_at(0.70)\"", "thickness_at(0.7)", "thickness at 0.7"),
+        ("\"cm at cruise\"", "cm_at(cruise)", "cm_at(cruise)"),
+        ("\"cm_at( cruise )\"", "cm_at(cruise)", "cm_at(cruise)"),
+        ("cm", "cm_at(cruise)", "cm_at(cruise)"),
+        ("\"thickness at 0.70\"", "thickness_at(0.7)", "thickness_at(0.7)"),
     ] {
         let text = good.replacen(last, &format!("{last}{again} = {{ max = 1.0 }}\n"), 1);
         fs::write(folder.path().join("case.toml"), &text).unwrap();

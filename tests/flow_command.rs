@@ -30,7 +30,7 @@ fn a_point_has_coefficients_gradients_and_files() {
     assert!((number("cd") - 0.0084944).abs() < 0.025 * 0.0085);
     assert!((number("transition_upper") - 0.05).abs() < 0.01);
     assert_eq!(result["gradients"]["cd"]["y"].as_array().unwrap().len(), result["nodes"].as_array().unwrap().len());
-    for name in ["result.json", "pressure.svg", "section.svg", "boundary_layer.csv"] {
+    for name in ["result.json", "pressure.svg", "boundary_layer.svg", "section.svg", "boundary_layer.csv"] {
         assert!(std::fs::metadata(folder.path().join("point").join(name)).unwrap().len() > 300, "{name}");
     }
 }
@@ -43,7 +43,7 @@ fn flow_beyond_the_model_has_a_status_and_no_numbers() {
     let output = aeroform(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(1));
     let result = json(&output);
-    assert!(result["cd"].is_null() && result["converged"] == false);
+    assert!(result["cd"].is_null() && result["converged"] == false && result["beyond_model"] == true);
     assert!(result["status"].as_str().unwrap().contains("supersonic"));
 }
 
@@ -73,6 +73,15 @@ fn a_polar_has_a_row_and_a_status_a_point() {
     let lift: Vec<f64> = points.iter().map(|p| p["cl"].as_f64().unwrap()).collect();
     assert!(lift[0].abs() < 1e-6 && lift[1] > 0.2 && lift[2] > 0.4);
     assert_eq!(std::fs::read_to_string(folder.path().join("polar/polar.csv")).unwrap().lines().count(), 4);
+    // six plots, with complete conditions and without the way to the file
+    let figure = std::fs::read_to_string(folder.path().join("polar/polar.svg")).unwrap();
+    for words in ["naca0012: M 0, Re 3e6, trips at x/c 0.1", "CD, counts", "Cm (c/4)", "CL/CD", "transition x/c"] {
+        assert!(figure.contains(words), "{words}");
+    }
+    // the rows come on standard error, in their order
+    let rows = String::from_utf8_lossy(&output.stderr).into_owned();
+    let angles: Vec<f64> = rows.lines().filter_map(|line| line.split_whitespace().next()?.parse().ok()).collect();
+    assert_eq!(angles, [0.0, 2.0, 4.0], "{rows}");
 }
 
 #[test]
@@ -92,4 +101,71 @@ fn bad_points_are_refused() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
         assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
     }
+}
+
+#[test]
+fn rows_of_a_polar_come_in_order_whatever_the_jobs() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |jobs: &str| {
+        let arguments = ["polar", "naca0012", "--alpha", "0:5:1", "--trip", "0.1", "--jobs", jobs, "--events", "e"];
+        let output = aeroform(&arguments, folder.path());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let events = std::fs::read_to_string(folder.path().join("e")).unwrap();
+        let angle = |line: &str| {
+            let event: serde_json::Value = serde_json::from_str(line).unwrap();
+            assert_eq!(event["event"], "point");
+            event["alpha"].as_f64().unwrap().round()
+        };
+        assert_eq!(events.lines().map(angle).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        let table = String::from_utf8(output.stdout).unwrap();
+        let first = |line: &str| line.split_whitespace().next().unwrap().to_string();
+        assert_eq!(
+            table.lines().map(first).collect::<Vec<_>>()[1..],
+            ["0.000", "1.000", "2.000", "3.000", "4.000", "5.000"]
+        );
+        table.lines().map(|line| line.split_whitespace().take(3).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>()
+    };
+    assert_eq!(sweep("1"), sweep("3"));
+}
+
+#[test]
+fn a_sweep_that_leaves_the_range_keeps_the_points_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = aeroform(&["polar", "naca0012", "--alpha", "0:60:30", "--json", "--out", "polar"], folder.path());
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("angle of attack") && message.contains("of 3 points"), "{message}");
+    let points = json(&output)["points"].as_array().unwrap().len();
+    assert_eq!(points, 2);
+    assert_eq!(std::fs::read_to_string(folder.path().join("polar/polar.csv")).unwrap().lines().count(), 1 + points);
+}
+
+#[test]
+fn an_exported_file_has_the_lift_of_its_section() {
+    let folder = tempfile::tempdir().unwrap();
+    let lift = |shape: &str| {
+        json(&aeroform(&["analyze", shape, "--alpha", "4", "--json"], folder.path()))["cl"].as_f64().unwrap()
+    };
+    for (digits, tolerance) in [("full", 1e-6), ("7", 1e-4)] {
+        aeroform(&["section", "naca0012", "--out", "n.dat", "--digits", digits], folder.path());
+        let (by_name, by_file) = (lift("naca0012"), lift("n.dat"));
+        assert!((by_name - by_file).abs() < tolerance, "{digits}: {by_name} by name, {by_file} by file");
+    }
+}
+
+#[test]
+fn attempts_are_told_where_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |more: &[&str]| {
+        let arguments: Vec<&str> = ["analyze", "naca0024", "--alpha", "0", "--mach", "0.7", "--reynolds", "5e6"]
+            .iter()
+            .chain(more)
+            .copied()
+            .collect();
+        aeroform(&arguments, folder.path())
+    };
+    let attempts = json(&text(&["--json"]))["attempts"].as_array().unwrap().len();
+    let lines = |more: &[&str]| String::from_utf8(text(more).stdout).unwrap().matches("  tried: ").count();
+    assert_eq!(lines(&[]), 0);
+    assert_eq!(lines(&["-v"]), attempts);
 }

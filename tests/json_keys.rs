@@ -17,7 +17,7 @@ fn of(arguments: &[&str]) -> Value {
     json(&output)
 }
 
-const POINT: [&str; 18] = [
+const POINT: [&str; 19] = [
     "converged",
     "beyond_model",
     "status",
@@ -35,6 +35,7 @@ const POINT: [&str; 18] = [
     "transition_lower",
     "cd_pressure",
     "cd_friction",
+    "repairs",
     "seconds",
 ];
 
@@ -57,11 +58,21 @@ fn run() {
             "constraints",
             "kkt_residual",
             "variables",
+            "initial_objective",
+            "initial",
+            "initial_variables",
+            "active_bounds",
+            "repairs",
             "min_fold_indicator",
             "folded",
             "self_intersecting",
+            "identifiers",
         ]
     );
+    assert_eq!(keys(&result["initial"]), keys(&result["values"]));
+    assert_eq!(keys(&result["initial_variables"]), keys(&result["variables"]));
+    assert_eq!(keys(&result["identifiers"])[..2], ["shape_error", "area"]);
+    assert_eq!(result["identifiers"]["dx[1,2]"], "dx_1_2");
     assert_eq!(keys(&result["values"])[..2], ["shape_error", "area"]);
     assert!(keys(&result["constraints"]).contains(&"area"));
     assert_eq!(keys(&result["constraints"]["area"]), ["value", "lower", "upper", "violation", "multiplier"]);
@@ -71,12 +82,31 @@ fn run() {
 
 #[test]
 fn evaluate() {
-    let all = ["variables", "objective", "values", "gradients", "min_fold_indicator", "folded"];
+    let all = [
+        "variables",
+        "objective",
+        "values",
+        "gradients",
+        "min_fold_indicator",
+        "folded",
+        "repairs",
+        "start",
+        "bounds",
+        "scales",
+        "weights",
+        "constraints",
+        "identifiers",
+    ];
     let result = of(&["evaluate", "l2-mixed", "--gradients", "--json"]);
     assert_eq!(keys(&result), all);
     assert_eq!(keys(&result["values"]), ["fold_penalty", "shape_error", "area", "thickness"]);
     assert_eq!(keys(&result["gradients"]), keys(&result["values"]));
     assert_eq!(keys(&result["gradients"]["shape_error"]), keys(&result["variables"]));
+    for key in ["start", "bounds", "scales"] {
+        assert_eq!(keys(&result[key]), keys(&result["variables"]), "{key}");
+    }
+    assert_eq!(keys(&result["bounds"]["thickness"]), ["lower", "upper"]);
+    assert_eq!(keys(&result["weights"]), keys(&result["values"]));
     let result = of(&["evaluate", "l2-direct", "--json"]);
     assert_eq!(keys(&result), all.into_iter().filter(|key| *key != "gradients").collect::<Vec<_>>());
     assert!(result["min_fold_indicator"].is_null() && result["folded"].is_null());
@@ -87,7 +117,15 @@ fn gradients() {
     let result = of(&["gradients", "mirrored", "--json"]);
     assert_eq!(
         keys(&result),
-        ["case", "agrees", "worst_route_error", "worst_finite_difference_deviation", "variables", "derivatives",]
+        [
+            "case",
+            "agrees",
+            "worst_route_error",
+            "worst_finite_difference_deviation",
+            "repairs",
+            "variables",
+            "derivatives",
+        ]
     );
     assert_eq!(
         keys(&result["derivatives"][0]),
@@ -123,6 +161,8 @@ fn section() {
             "perimeter",
             "chord",
             "centroid",
+            "length_unit",
+            "repairs",
             "control_points",
             "trailing_edge",
             "parameters",
@@ -156,14 +196,26 @@ fn analyze() {
     let result = of(&["analyze", "naca0012", "--alpha", "2", "--inviscid", "--json"]);
     assert_eq!(
         keys(&result),
-        ["converged", "beyond_model", "status", "alpha", "mach", "cl", "cm", "cp_min", "critical_mach", "seconds",]
+        [
+            "converged",
+            "beyond_model",
+            "status",
+            "alpha",
+            "mach",
+            "cl",
+            "cm",
+            "cp_min",
+            "critical_mach",
+            "repairs",
+            "seconds",
+        ]
     );
 }
 
 #[test]
 fn polar() {
     let result = of(&["polar", "naca0012", "--alpha", "0:2:2", "--trip", "0.1", "--json"]);
-    assert_eq!(keys(&result), ["section", "points"]);
+    assert_eq!(keys(&result), ["section", "repairs", "points"]);
     assert_eq!(result["points"].as_array().unwrap().len(), 2);
     assert_eq!(keys(&result["points"][0]), POINT);
 }

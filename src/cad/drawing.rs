@@ -1,5 +1,6 @@
 //! A curve prepared for export, and what all formats write alike: options, errors, names and numbers.
 
+use super::unit::LengthUnit;
 use crate::spline::BSplineCurve;
 
 /// Points closer than this, in metres, are one point to a CAD system; written into the files as their resolution.
@@ -13,6 +14,15 @@ pub enum CadError {
     Dimensions {
         /// Dimensions of the curve.
         dimensions: usize,
+    },
+    /// A face is asked for inside of a curve that does not lie in the plane z = 0, or that is left open.
+    #[error("a face needs a curve in the plane z = 0 whose gap is closed")]
+    NoFace,
+    /// A face is asked for in a format that is written without faces.
+    #[error("{format} files are written without faces; STEP has them")]
+    FaceFormat {
+        /// Name of the format.
+        format: &'static str,
     },
     /// A name that a file format cannot hold.
     #[error("character {character:?} (number {index}) of the name cannot be exported")]
@@ -53,12 +63,21 @@ pub struct Options<'a> {
     pub time_stamp: TimeStamp,
     /// Whether a gap between the last point and the first is closed by a straight segment.
     pub close: bool,
+    /// The unit of the coordinates.
+    pub unit: LengthUnit,
+    /// Whether the planar face inside of the outline is written, with the outline as its edge; STEP only.
+    pub face: bool,
 }
 
 impl<'a> Options<'a> {
-    /// Gaps closed, constant time stamp.
+    /// Gaps closed, coordinates in metres, no face, constant time stamp.
     pub fn named(name: &'a str) -> Self {
-        Self { name, time_stamp: TimeStamp::default(), close: true }
+        Self { name, time_stamp: TimeStamp::default(), close: true, unit: LengthUnit::Metre, face: false }
+    }
+
+    /// Refuses a face for a format that has none.
+    pub(super) fn without_face(&self, format: &'static str) -> Result<(), CadError> {
+        if self.face { Err(CadError::FaceFormat { format }) } else { Ok(()) }
     }
 }
 
@@ -72,6 +91,10 @@ pub(super) struct Drawing<'a> {
     pub closed: bool,
     /// Whether all points lie in the plane z = 0.
     pub planar: bool,
+    /// Ends of the curve, the last point first.
+    pub ends: [[f64; 3]; 2],
+    /// [`RESOLUTION`] in the unit of the coordinates.
+    pub resolution: f64,
     /// The closing segment, where there is a gap to be closed.
     pub closing: Option<[[f64; 3]; 2]>,
 }
@@ -90,7 +113,8 @@ impl<'a> Drawing<'a> {
         let domain = curve.domain();
         let [start, end] = [domain.0, domain.1].map(|u| in_space(&curve.point_at(u)));
         let gap = start.iter().zip(end).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-        let closed = gap <= RESOLUTION;
+        let resolution = RESOLUTION / (1e-3 * options.unit.millimetres());
+        let closed = gap <= resolution;
         Ok(Self {
             degree: curve.degree(),
             knots: curve.knots().as_slice(),
@@ -98,6 +122,8 @@ impl<'a> Drawing<'a> {
             planar: points.iter().all(|p| p[2] == 0.0),
             points,
             closed,
+            ends: [end, start],
+            resolution,
             closing: (options.close && !closed).then_some([end, start]),
         })
     }

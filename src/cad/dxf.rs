@@ -1,10 +1,11 @@
 //! DXF of AutoCAD 2000 (`AC1015`): a `SPLINE` and, for a gap, a `LINE`.
 
-use super::drawing::{CadError, Drawing, Options, RESOLUTION, check_name, is_plain};
+use super::drawing::{CadError, Drawing, Options, check_name, is_plain};
+use super::unit::LengthUnit;
 use crate::spline::BSplineCurve;
 use std::fmt::Display;
 
-/// A DXF file of the curve, in metres; a gap between its ends is closed by a `LINE`.
+/// A DXF file of the curve, in metres unless told otherwise; a gap between its ends is closed by a `LINE`.
 ///
 /// Both entities are on the layer `section`; the name is a comment at the head of the file.
 ///
@@ -20,10 +21,11 @@ pub fn dxf<const D: usize>(curve: &BSplineCurve<f64, D>, name: &str) -> Result<S
 /// As [`dxf`].
 pub fn dxf_with<const D: usize>(curve: &BSplineCurve<f64, D>, options: &Options) -> Result<String, CadError> {
     check_name(options.name, is_plain)?;
+    options.without_face("DXF")?;
     let drawing = Drawing::new(curve, options)?;
     let mut file = Groups::default();
     file.put(999, options.name);
-    header(&mut file, &drawing);
+    header(&mut file, &drawing, options.unit);
     file.section("CLASSES", |_| {});
     file.section("TABLES", tables);
     file.section("BLOCKS", blocks);
@@ -135,7 +137,7 @@ impl Groups {
     }
 }
 
-fn header(file: &mut Groups, drawing: &Drawing) {
+fn header(file: &mut Groups, drawing: &Drawing, unit: LengthUnit) {
     let extreme = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
         std::array::from_fn(|d| drawing.points.iter().map(|p| p[d]).fold(drawing.points[0][d], pick))
     };
@@ -153,10 +155,10 @@ fn header(file: &mut Groups, drawing: &Drawing) {
         file.put(9, "$HANDSEED");
         file.put(5, HANDLE_SEED);
         file.put(9, "$INSUNITS");
-        // metres
-        file.put(70, 6);
+        let (insertion, measurement) = unit.dxf();
+        file.put(70, insertion);
         file.put(9, "$MEASUREMENT");
-        file.put(70, 1);
+        file.put(70, measurement);
     });
 }
 
@@ -237,8 +239,8 @@ fn spline(file: &mut Groups, drawing: &Drawing) {
     file.put(72, drawing.knots.len());
     file.put(73, drawing.points.len());
     file.put(74, 0);
-    file.number(42, RESOLUTION);
-    file.number(43, RESOLUTION);
+    file.number(42, drawing.resolution);
+    file.number(43, drawing.resolution);
     for &knot in drawing.knots {
         file.number(40, knot);
     }

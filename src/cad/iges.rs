@@ -1,9 +1,9 @@
 //! IGES 5.3: fixed lines of 80 columns, rational B-spline curve (entity 126) and line (entity 110).
 
-use super::drawing::{CadError, Drawing, Options, RESOLUTION, check_name, is_plain, real};
+use super::drawing::{CadError, Drawing, Options, check_name, is_plain, real};
 use crate::spline::BSplineCurve;
 
-/// An IGES file of the curve, in metres; a gap between its ends is closed by a straight segment (entity 110).
+/// An IGES file of the curve, in metres unless told otherwise; a gap between its ends is closed by a straight segment (entity 110).
 ///
 /// # Errors
 /// A curve not in two or three dimensions, a name that is not printable ASCII.
@@ -17,10 +17,12 @@ pub fn iges<const D: usize>(curve: &BSplineCurve<f64, D>, name: &str) -> Result<
 /// As [`iges`].
 pub fn iges_with<const D: usize>(curve: &BSplineCurve<f64, D>, options: &Options) -> Result<String, CadError> {
     check_name(options.name, is_plain)?;
+    options.without_face("IGES")?;
     let drawing = Drawing::new(curve, options)?;
     let mut file = File::default();
     // a name longer than a line of the start section goes on in the next
-    let title: Vec<char> = format!("aeroform section curve, unit metre: {}", options.name).chars().collect();
+    let title: Vec<char> =
+        format!("aeroform section curve, unit {}: {}", options.unit.name(), options.name).chars().collect();
     for line in title.chunks(72) {
         file.start.push(line.iter().collect());
     }
@@ -89,6 +91,7 @@ fn global(drawing: &Drawing, options: &Options) -> Vec<String> {
     let time =
         hollerith(&format!("{:04}{:02}{:02}.{hour:02}{minute:02}{second:02}", stamp.year, stamp.month, stamp.day));
     let largest = drawing.points.iter().flatten().fold(0.0, |m: f64, c| m.max(c.abs()));
+    let (unit, unit_name) = options.unit.iges();
     let program = hollerith(concat!("aeroform ", env!("CARGO_PKG_VERSION")));
     let name = hollerith(options.name);
     [
@@ -105,16 +108,16 @@ fn global(drawing: &Drawing, options: &Options) -> Vec<String> {
         "6".into(),
         "308".into(),
         "15".into(),
-        // name at the receiver, model scale, metres
+        // name at the receiver, model scale, unit
         name,
         "1.".into(),
-        "6".into(),
-        "1HM".into(),
+        unit.to_string(),
+        hollerith(unit_name),
         // line weights, then time, resolution and largest coordinate
         "1".into(),
         "0.".into(),
         time.clone(),
-        real(RESOLUTION, 'D'),
+        real(drawing.resolution, 'D'),
         real(largest, 'D'),
         // author and organisation unknown; IGES 5.3, no drafting standard
         String::new(),

@@ -1,12 +1,14 @@
 //! Exchange files for CAD: planar section curves as STEP, IGES and DXF.
 //!
 //! The exact B-spline is written, not points on it: degree, knots with their multiplicities and control points, every
-//! number with as many digits as identify its `f64`. The unit of length of all three formats is the metre, so a
-//! section of unit chord is one metre long and no coordinate is scaled; scale the control points first for another size.
+//! number with as many digits as identify its `f64`. No coordinate is scaled: [`Options`] say which unit they are in, the
+//! metre unless told otherwise, so that a section of unit chord is one metre long; scale the control points first for
+//! another size.
 //!
 //! A curve whose ends are apart (a blunt trailing edge) gets a straight closing segment, from the last point to the
 //! first, as a second entity; one whose ends coincide within [`RESOLUTION`] is marked closed. [`Options`] can leave
-//! the gap open and set the time stamp, which is a constant unless set: the same curve gives the same file.
+//! the gap open, ask for a planar face inside of the outline (STEP), and set the time stamp, which is a constant unless
+//! set: the same curve gives the same file.
 //!
 //! ```
 //! use aeroform::spline::{BSplineCurve, KnotVector};
@@ -26,11 +28,13 @@ mod drawing;
 mod dxf;
 mod iges;
 mod step;
+mod unit;
 
 pub use drawing::{CadError, Options, RESOLUTION, TimeStamp};
 pub use dxf::{dxf, dxf_with};
 pub use iges::{iges, iges_with};
 pub use step::{step, step_with};
+pub use unit::LengthUnit;
 
 #[cfg(test)]
 mod tests {

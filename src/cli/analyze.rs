@@ -2,11 +2,13 @@
 
 use super::failure::Failure;
 use super::figures;
-use super::flow_arguments::{FlowArguments, panelled};
+use super::flow_arguments::{FlowArguments, Panelled, panelled};
+use super::message::Voice;
 use super::output::{pretty, print, print_json};
-use crate::flow::{InviscidSolution, Settings, Solution};
-use crate::report::OutputDirectory;
+use super::table_csv::csv;
+use crate::flow::{InviscidSolution, Settings, Solution, StationFlow};
 use crate::report::json::{AnalysisReport, InviscidReport};
+use crate::report::{OutputDirectory, engineering};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -32,7 +34,7 @@ pub(super) struct AnalyzeArguments {
     gradients: bool,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
@@ -40,31 +42,24 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
         Some(path) => Some(OutputDirectory::prepare(path).map_err(|e| Failure::Input(e.to_string()))?),
         None => None,
     };
-    let (nodes, section) = panelled(&arguments.point)?;
+    let section = panelled(&arguments.point)?;
     let condition = arguments.point.condition(arguments.alpha, arguments.cl)?;
     let input = |e: crate::flow::FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape.shape));
     let begin = Instant::now();
     if arguments.inviscid {
         let alpha = arguments.alpha.unwrap_or(0.0).to_radians();
-        let solution = section.inviscid(alpha, condition.mach).map_err(input)?;
-        return inviscid(arguments, &nodes, &solution, directory.as_ref(), begin.elapsed().as_secs_f64());
+        let solution = section.panels.inviscid(alpha, condition.mach).map_err(input)?;
+        return inviscid(arguments, &section, &solution, directory.as_ref(), begin.elapsed().as_secs_f64());
     }
-    let solution = section.analyze(&condition, &Settings::default(), None).map_err(input)?;
+    let solution = section.panels.analyze(&condition, &Settings::default(), None).map_err(input)?;
     let seconds = begin.elapsed().as_secs_f64();
-    let mut result = AnalysisReport::new(&solution, seconds);
+    let mut result = AnalysisReport::new(&solution, seconds, &section.repairs);
     if arguments.gradients {
-        result = result.with_gradients(&solution, &nodes);
+        result = result.with_gradients(&solution, &section.nodes);
     }
     if let Some(directory) = &directory {
-        let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
-        let title = title(arguments, &solution);
-        let files = [
-            ("result.json", pretty(&result)?),
-            ("pressure.svg", figures::pressure(&nodes, &solution, &title).map_err(|e| failed(&e))?),
-            ("section.svg", figures::displacement(&nodes, &solution, &title).map_err(|e| failed(&e))?),
-            ("boundary_layer.csv", boundary_layer_csv(&solution)),
-        ];
-        directory.write_all(files).map_err(|e| failed(&e))?;
+        let files = files(arguments, &section, &solution, &result)?;
+        directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     }
     if arguments.json {
         print_json(&result)?
@@ -74,113 +69,147 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     if solution.is_reliable() {
         return Ok(());
     }
-    Err(Failure::Computation(format!("{}: {}", arguments.point.shape.shape, solution.status)))
+    Err(Failure::Told(format!("{}: {}", arguments.point.shape.shape, solution.status)))
+}
+
+/// Names and contents of the files of a point. A flow that was not found has no figures.
+fn files(
+    arguments: &AnalyzeArguments,
+    section: &Panelled,
+    solution: &Solution,
+    result: &AnalysisReport,
+) -> Result<Vec<(&'static str, String)>, Failure> {
+    let mut files = vec![("result.json", pretty(result)?)];
+    if solution.is_solved() {
+        let (body, title) = (section.body()?, title(arguments, solution));
+        files.extend([
+            ("pressure.svg", figures::pressure(body, solution, &title)),
+            ("boundary_layer.svg", figures::boundary_layer(body, solution, &title)),
+            ("section.svg", figures::displacement(&section.nodes, solution, &title)),
+            ("boundary_layer.csv", boundary_layer_csv(solution)?),
+        ]);
+    }
+    Ok(files)
 }
 
 fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
-    let condition = solution.condition;
+    let coefficients = &solution.coefficients;
+    let doubt = if solution.is_reliable() { "" } else { ", beyond the model" };
     format!(
-        "{}: alpha {:.2} deg, M {}, Re {:.3e}, CL {:.4}, CD {:.5}",
+        "{}: {}; α {}°, CL {}, CD {} counts, Cm {}{doubt}",
         arguments.point.shape.name(),
-        solution.alpha.to_degrees(),
-        condition.mach,
-        condition.reynolds,
-        solution.coefficients.cl,
-        solution.coefficients.cd
+        figures::surroundings_text(&solution.condition),
+        engineering(solution.alpha.to_degrees(), 4),
+        engineering(coefficients.cl, 4),
+        engineering(1e4 * coefficients.cd, 4),
+        engineering(coefficients.cm, 3),
     )
 }
 
+/// Digits of a coefficient in text.
+const DIGITS: usize = 5;
+
 fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> String {
-    let condition = solution.condition;
     let mut text = format!(
-        "{}, {} panels: {} (residual {:.1e}, {} iterations, {seconds:.3} s)\n",
-        arguments.point.shape.shape, arguments.point.panels, solution.status, solution.residual, solution.iterations
+        "{}, {} panels, {}\n{} (residual {:.1e}, {} iterations, {} s)\n",
+        arguments.point.shape.shape,
+        arguments.point.panels,
+        figures::condition_text(&solution.condition),
+        solution.status,
+        solution.residual,
+        solution.iterations,
+        engineering(seconds, 3)
     );
-    for attempt in &solution.attempts {
-        let (what, iterations, residual) = (&attempt.what, attempt.iterations, attempt.residual);
-        text.push_str(&format!("  tried: {what}: {iterations} iterations, residual {residual:.1e}\n"));
+    if Voice::current().verbose {
+        for attempt in &solution.attempts {
+            let (what, iterations, residual) = (&attempt.what, attempt.iterations, attempt.residual);
+            text.push_str(&format!("  tried: {what}: {iterations} iterations, residual {residual:.1e}\n"));
+        }
     }
-    if !solution.is_reliable() {
+    if solution.status.is_beyond_model() {
+        text.push_str("the numbers are beyond the model: not to be relied on\n");
+    } else if !solution.is_reliable() {
         return text;
     }
-    for (name, value) in [
-        ("alpha (degrees)", solution.alpha.to_degrees()),
-        ("Mach", condition.mach),
-        ("Reynolds", condition.reynolds),
-        ("CL", solution.coefficients.cl),
-        ("CD", solution.coefficients.cd),
-        ("CD pressure", solution.cd_pressure),
-        ("CD friction", solution.cd_friction),
-        ("Cm (c/4)", solution.coefficients.cm),
-        ("Cp minimum", solution.coefficients.cp_min),
-        ("transition upper x/c", solution.coefficients.transition[0]),
-        ("transition lower x/c", solution.coefficients.transition[1]),
-    ] {
-        text.push_str(&format!("  {name:22} {value:>14.7}\n"));
+    let coefficients = &solution.coefficients;
+    let numbers = [
+        ("alpha", solution.alpha.to_degrees(), " degrees"),
+        ("CL", coefficients.cl, ""),
+        ("CD", 1e4 * coefficients.cd, " counts"),
+        ("CD pressure", 1e4 * solution.cd_pressure, " counts"),
+        ("CD friction", 1e4 * solution.cd_friction, " counts"),
+        ("CL/CD", coefficients.cl / coefficients.cd, ""),
+        ("Cm (c/4)", coefficients.cm, ""),
+        ("Cp minimum", coefficients.cp_min, ""),
+        ("transition upper x/c", coefficients.transition[0], ""),
+        ("transition lower x/c", coefficients.transition[1], ""),
+    ];
+    for (name, value, unit) in numbers {
+        text.push_str(&format!("  {name:22} {:>12}{unit}\n", engineering(value, DIGITS)));
     }
     text
 }
 
-fn boundary_layer_csv(solution: &Solution) -> String {
-    let mut text = String::from(
-        "side,s,x,y,edge_velocity,cp,momentum_thickness,displacement_thickness,shape_parameter,skin_friction,amplification,shear_stress\n",
-    );
+/// A column of the table of the boundary layer: its name and its number.
+type StationColumn = (&'static str, fn(&StationFlow) -> f64);
+
+/// Columns after the name of the side.
+const STATION: [StationColumn; 11] = [
+    ("s", |p| p.s),
+    ("x", |p| p.x),
+    ("y", |p| p.y),
+    ("edge_velocity", |p| p.edge_velocity),
+    ("cp", |p| p.cp),
+    ("momentum_thickness", |p| p.momentum_thickness),
+    ("displacement_thickness", |p| p.displacement_thickness),
+    ("shape_parameter", |p| p.shape_parameter),
+    ("skin_friction", |p| p.skin_friction),
+    ("amplification", |p| p.amplification),
+    ("shear_stress", |p| p.shear_stress),
+];
+
+fn boundary_layer_csv(solution: &Solution) -> Result<String, Failure> {
     let distributions = solution.distributions();
-    for (name, side) in
-        [("upper", &distributions.upper), ("lower", &distributions.lower), ("wake", &distributions.wake)]
-    {
-        for p in side {
-            text.push_str(&format!(
-                "{name},{},{},{},{},{},{},{},{},{},{},{}\n",
-                p.s,
-                p.x,
-                p.y,
-                p.edge_velocity,
-                p.cp,
-                p.momentum_thickness,
-                p.displacement_thickness,
-                p.shape_parameter,
-                p.skin_friction,
-                p.amplification,
-                p.shear_stress
-            ));
-        }
-    }
-    text
+    let sides = [("upper", &distributions.upper), ("lower", &distributions.lower), ("wake", &distributions.wake)];
+    let row = |name: &str, station: &StationFlow| -> Vec<String> {
+        std::iter::once(name.to_string()).chain(STATION.iter().map(|(_, of)| of(station).to_string())).collect()
+    };
+    let rows = sides.iter().flat_map(|(name, side)| side.iter().map(move |station| row(name, station)));
+    let header: Vec<&str> = std::iter::once("side").chain(STATION.iter().map(|(name, _)| *name)).collect();
+    csv(&header, rows)
 }
 
 fn inviscid(
     arguments: &AnalyzeArguments,
-    nodes: &[[f64; 2]],
+    section: &Panelled,
     solution: &InviscidSolution,
     directory: Option<&OutputDirectory>,
     seconds: f64,
 ) -> Result<(), Failure> {
-    let result = InviscidReport::new(solution, seconds);
+    let mach = arguments.point.mach;
+    let result = InviscidReport::new(solution, seconds, &section.repairs);
+    let alpha = engineering(solution.alpha.to_degrees(), 4);
     if let Some(directory) = directory {
-        let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
-        let title = format!("{}: inviscid, CL {:.4}", arguments.point.shape.name(), solution.cl);
-        let files = [
-            ("result.json", pretty(&result)?),
-            ("pressure.svg", figures::inviscid_pressure(nodes, solution, &title).map_err(|e| failed(&e))?),
-        ];
-        directory.write_all(files).map_err(|e| failed(&e))?;
+        let cl = engineering(solution.cl, 4);
+        let title = format!("{}: inviscid, α {alpha}°, M {mach}, CL {cl}", arguments.point.shape.name());
+        let figure = figures::inviscid_pressure(section.body()?, solution, mach, &title);
+        let files = [("result.json", pretty(&result)?), ("pressure.svg", figure)];
+        directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     }
-    let failure = Failure::Computation(format!("{}: {}", arguments.point.shape.shape, solution.status));
+    let failure = Failure::Told(format!("{}: {}", arguments.point.shape.shape, solution.status));
     let end = if result.converged { Ok(()) } else { Err(failure) };
     if arguments.json {
         print_json(&result)?;
         return end;
     }
+    let number = |value: f64| engineering(value, DIGITS);
     print(&format!(
-        "{}, {} panels, inviscid, alpha {} degrees, M {}\n  CL {:.6}\n  Cm (c/4) {:.6}\n  Cp minimum {:.5}\n",
+        "{}, {} panels, inviscid, alpha {alpha} degrees, M {mach}\n  CL {}\n  Cm (c/4) {}\n  Cp minimum {}\n",
         arguments.point.shape.shape,
         arguments.point.panels,
-        solution.alpha.to_degrees(),
-        arguments.point.mach,
-        solution.cl,
-        solution.cm,
-        solution.cp_min
+        number(solution.cl),
+        number(solution.cm),
+        number(solution.cp_min)
     ))?;
     end
 }

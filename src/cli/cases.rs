@@ -12,7 +12,7 @@ pub(super) struct CasesArguments {
     name: Option<String>,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 pub(super) fn run(arguments: &CasesArguments) -> Result<(), Failure> {

@@ -2,8 +2,11 @@
 
 use super::design_vector;
 use super::failure::Failure;
+use super::message::note;
 use super::output::{print, print_json};
+use super::overview::groups;
 use crate::case::Case;
+use crate::report::engineering;
 use crate::report::json::{EvaluationReport, Named};
 
 /// Arguments of `aeroform evaluate`.
@@ -19,12 +22,13 @@ pub(super) struct EvaluateArguments {
     gradients: bool,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 pub(super) fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut case = Case::open(&arguments.case)?;
     let variables = design_vector::read(&case, arguments.at.as_deref())?;
+    case.repairs().iter().for_each(|repair| note(&format!("repaired: {repair}")));
     let evaluation =
         if arguments.gradients { case.evaluate_with_gradients(&variables) } else { case.evaluate(&variables) };
     let evaluation =
@@ -33,18 +37,32 @@ pub(super) fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     if arguments.json { print_json(&report) } else { print(&as_text(&report)) }
 }
 
+/// Digits of a value in text; JSON has all.
+const DIGITS: usize = 7;
+
 fn as_text(report: &EvaluationReport) -> String {
-    let mut text = format!("objective  {:.12e}\n", report.objective);
-    for (name, value) in report.values.iter() {
-        text.push_str(&format!("  {name:24} {value:.12e}\n"));
+    let mut text = format!("  {:24} {}\n", "objective", engineering(report.objective, DIGITS));
+    let entries: Vec<(&str, &f64)> = report.values.iter().collect();
+    let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
+    for group in groups(&names) {
+        // of a family the smallest
+        let smallest = group.members.iter().copied().min_by(|a, b| entries[*a].1.total_cmp(entries[*b].1));
+        let Some((name, value)) = smallest.map(|k| entries[k]) else { continue };
+        if group.members.len() > 1 {
+            let label = format!("{}, smallest of {}", group.name, group.members.len());
+            let place = name.trim_start_matches(group.name);
+            text.push_str(&format!("  {label:24} {} at {place}\n", engineering(*value, DIGITS)));
+            continue;
+        }
+        text.push_str(&format!("  {name:24} {}\n", engineering(*value, DIGITS)));
         let slopes = report.gradients.as_ref().and_then(|gradients| gradients.get(name));
         for (variable, slope) in slopes.into_iter().flat_map(Named::iter) {
-            text.push_str(&format!("    d/d {variable:16} {slope:.12e}\n"));
+            text.push_str(&format!("    d/d {variable:16} {}\n", engineering(*slope, DIGITS)));
         }
     }
     if let (Some(folded), Some(indicator)) = (report.folded, report.min_fold_indicator) {
         let folded = if folded { "folded" } else { "not folded" };
-        text.push_str(&format!("box {folded}, smallest indicator {indicator:.12e}\n"));
+        text.push_str(&format!("box {folded}, smallest indicator {}\n", engineering(indicator, DIGITS)));
     }
     text
 }

@@ -12,12 +12,22 @@ pub(super) enum Failure {
     Usage,
     /// The computation did not succeed: status 1.
     Computation(String),
+    /// The computation did not succeed, and standard output holds what there is: status 1.
+    Told(String),
 }
 
 impl Failure {
+    /// The reason, where no result has been printed that holds it.
+    pub fn untold(&self) -> Option<&str> {
+        match self {
+            Self::Input(message) | Self::Computation(message) => Some(message),
+            Self::Told(_) | Self::Usage => None,
+        }
+    }
+
     pub fn report(&self) {
         match self {
-            Self::Input(message) | Self::Computation(message) => say(message),
+            Self::Input(message) | Self::Computation(message) | Self::Told(message) => say(message),
             Self::Usage => {}
         }
     }
@@ -26,7 +36,7 @@ impl Failure {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Input(_) | Self::Usage => 2,
-            Self::Computation(_) => 1,
+            Self::Computation(_) | Self::Told(_) => 1,
         }
     }
 
@@ -44,7 +54,7 @@ impl Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Input(message) | Self::Computation(message) => f.write_str(message),
+            Self::Input(message) | Self::Computation(message) | Self::Told(message) => f.write_str(message),
             Self::Usage => f.write_str("the arguments were not understood"),
         }
     }

@@ -1,13 +1,14 @@
 //! The figures of the command: what is drawn, in the manner of the paper's Figs. 14 and 15.
 
 use crate::design::{DesignProblem, Shape};
-use crate::flow::{InviscidSolution, Solution, StationFlow};
-use crate::optimize::History;
+use crate::flow::{Condition, Incidence, InviscidSolution, Solution, StationFlow};
+use crate::optimize::{History, HistoryRow};
+use crate::report::engineering;
 use crate::report::figures::{
-    Annotation, ConvergenceFigure, FigureError, LineFigure, SectionCurve, SectionFigure, Series, Stroke,
-    convergence_figure, line_figure, section_figure,
+    Annotation, Color, ConvergenceFigure, ConvergencePoint, LineFigure, SectionCurve, SectionFigure, Series, Stroke,
+    convergence_figure, grid_figure, line_figure, section_figure,
 };
-use crate::section::Section;
+use crate::section::{ChordFrame, Section};
 
 /// Points drawn of a section, enough for the eye at the nose.
 const SECTION_POINTS: usize = 801;
@@ -15,7 +16,7 @@ const SECTION_POINTS: usize = 801;
 const LINE_POINTS: usize = 61;
 
 /// A section alone.
-pub(super) fn section(section: &Section<f64>) -> Result<String, FigureError> {
+pub(super) fn section(section: &Section<f64>) -> String {
     section_figure(&SectionFigure {
         title: section.name().to_string(),
         curves: vec![outline(section.name(), section, Stroke::SECTION)],
@@ -24,7 +25,7 @@ pub(super) fn section(section: &Section<f64>) -> Result<String, FigureError> {
 }
 
 /// A design: section, undeformed section, target, the lines of the box and its control points.
-pub(super) fn design(problem: &DesignProblem, shape: &Shape, title: &str) -> Result<String, FigureError> {
+pub(super) fn design(problem: &DesignProblem, shape: &Shape, title: &str) -> String {
     let mut curves = vec![outline("section", &shape.section, Stroke::SECTION)];
     if let Some(target) = problem.target() {
         curves.push(outline("target", target, Stroke::TARGET));
@@ -39,13 +40,22 @@ pub(super) fn design(problem: &DesignProblem, shape: &Shape, title: &str) -> Res
     })
 }
 
-/// Objective and constraint violation over the evaluations.
-pub(super) fn convergence(history: &History, title: &str) -> Result<String, FigureError> {
-    let violations = history.violations();
+/// Objective and constraint violation over the iterations; drag is shown in counts.
+pub(super) fn convergence(history: &History, objective: &str, in_counts: bool, title: &str) -> String {
+    let unit = if in_counts { 1e4 } else { 1.0 };
+    let point = |row: &HistoryRow| ConvergencePoint {
+        // a trial belongs to the iteration that it may complete, a sample to the design around which it lies
+        iteration: row.iteration + usize::from(row.evaluation > 1 && !row.sampling),
+        objective: unit * row.objective,
+        violation: row.violation,
+        sampling: row.sampling,
+        improved: row.improved,
+    };
     convergence_figure(&ConvergenceFigure {
         title: title.to_string(),
-        objectives: history.objectives(),
-        violations: violations.iter().any(|v| *v > 0.0).then_some(violations),
+        objective: if in_counts { format!("{objective}, counts") } else { objective.to_string() },
+        points: history.rows().iter().map(point).collect(),
+        constrained: history.rows().iter().any(|row| row.violation > 0.0),
     })
 }
 
@@ -75,62 +85,153 @@ fn lattice_lines(problem: &DesignProblem, shape: &Shape) -> Vec<Vec<[f64; 2]>> {
     lines
 }
 
+/// An operating point in words, complete: what is held, Mach and Reynolds number, and how transition comes about.
+pub(super) fn condition_text(condition: &Condition) -> String {
+    let held = match condition.incidence {
+        Incidence::Alpha(alpha) => format!("α {}°", engineering(alpha.to_degrees(), 4)),
+        Incidence::Lift(lift) => format!("CL {}", engineering(lift, 4)),
+    };
+    format!("{held}, {}", surroundings_text(condition))
+}
+
+/// The part of an operating point that a sweep of the angle of attack keeps.
+pub(super) fn surroundings_text(condition: &Condition) -> String {
+    let side = |trip: Option<f64>| trip.map_or("free".to_string(), |x| engineering(x, 3));
+    let transition = match condition.trips {
+        [None, None] => format!("Ncrit {}", engineering(condition.n_critical, 3)),
+        [upper, lower] if upper == lower => format!("trips at x/c {}", side(upper)),
+        [upper, lower] => {
+            let free = if upper.is_none() || lower.is_none() {
+                format!(", Ncrit {}", engineering(condition.n_critical, 3))
+            } else {
+                String::new()
+            };
+            format!("trips at x/c {} and {}{free}", side(upper), side(lower))
+        }
+    };
+    format!("M {}, Re {}, {transition}", engineering(condition.mach, 3), engineering(condition.reynolds, 4))
+}
+
+/// Pressure coefficient where the flow is sonic, by the isentropic relation for air; `None` without compressibility.
+fn critical_pressure(mach: f64) -> Option<f64> {
+    const GAMMA: f64 = 1.4;
+    let ratio = (2.0 + (GAMMA - 1.0) * mach * mach) / (GAMMA + 1.0);
+    (mach > 0.0).then(|| 2.0 / (GAMMA * mach * mach) * (ratio.powf(GAMMA / (GAMMA - 1.0)) - 1.0))
+}
+
+/// Abscissas of points along the chord, as share of the chord.
+struct Chordwise(ChordFrame<f64>);
+
+impl Chordwise {
+    fn x(&self, point: [f64; 2]) -> f64 {
+        self.0.coordinates(point)[0] / self.0.chord
+    }
+
+    fn curve(&self, nodes: &[[f64; 2]], values: &[f64]) -> Vec<[f64; 2]> {
+        nodes.iter().zip(values).map(|(node, value)| [self.x(*node), *value]).collect()
+    }
+
+    fn stations(&self, side: &[StationFlow], value: impl Fn(&StationFlow) -> f64) -> Vec<[f64; 2]> {
+        side.iter().map(|station| [self.x([station.x, station.y]), value(station)]).collect()
+    }
+}
+
+/// A section that is drawn as a flow goes around it: its panel nodes and its own chord.
+#[derive(Clone, Copy)]
+pub(super) struct Body<'a> {
+    pub nodes: &'a [[f64; 2]],
+    pub frame: ChordFrame<f64>,
+}
+
 /// Pressure with and without boundary layer, transition marked.
-pub(super) fn pressure(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
+pub(super) fn pressure(body: Body<'_>, solution: &Solution, title: &str) -> String {
+    line_figure(&LineFigure { title: title.into(), ..pressure_plot(body, solution) })
+}
+
+fn pressure_plot(body: Body<'_>, solution: &Solution) -> LineFigure {
     let distributions = solution.distributions();
-    let line = |cp: &[f64]| nodes.iter().zip(cp).map(|(n, cp)| [n[0], *cp]).collect::<Vec<_>>();
+    let along = Chordwise(body.frame);
     let mark = |k: usize, name: &str| Annotation {
-        x: solution.coefficients.transition[k],
+        at: solution.coefficients.transition[k],
         label: format!("transition {name}"),
     };
     let lines = vec![
-        series("viscous", line(&distributions.cp), Stroke::SECTION),
-        series("inviscid", line(&distributions.cp_inviscid), Stroke::palette(0).dashed()),
+        series("viscous", along.curve(body.nodes, &distributions.cp), Stroke::SECTION),
+        series("inviscid", along.curve(body.nodes, &distributions.cp_inviscid), Stroke::palette(0).dashed()),
     ];
-    cp_figure(title, lines, vec![mark(0, "upper"), mark(1, "lower")])
+    LineFigure { annotations: vec![mark(0, "upper"), mark(1, "lower")], ..cp_plot(lines, solution.condition.mach) }
 }
 
 /// Pressure at one operating point before and after a design run; either may be missing.
 pub(super) fn pressure_change(
-    before: Option<(&[[f64; 2]], &Solution)>,
-    after: Option<(&[[f64; 2]], &Solution)>,
+    before: Option<(Body<'_>, &Solution)>,
+    after: Option<(Body<'_>, &Solution)>,
     title: &str,
-) -> Result<String, FigureError> {
-    let line = |name: &str, flow: Option<(&[[f64; 2]], &Solution)>, stroke: Stroke| {
-        let (nodes, solution) = flow?;
-        let cp = solution.distributions().cp;
-        Some(series(name, nodes.iter().zip(&cp).map(|(n, cp)| [n[0], *cp]).collect(), stroke))
+) -> String {
+    let mach = before.or(after).map_or(0.0, |(_, solution)| solution.condition.mach);
+    let line = |name: &str, flow: Option<(Body<'_>, &Solution)>, stroke: Stroke| {
+        let (body, solution) = flow?;
+        Some(series(name, Chordwise(body.frame).curve(body.nodes, &solution.distributions().cp), stroke))
     };
     let lines = [line("start", before, Stroke::INITIAL), line("end", after, Stroke::SECTION)];
-    cp_figure(title, lines.into_iter().flatten().collect(), Vec::new())
+    line_figure(&LineFigure { title: title.into(), ..cp_plot(lines.into_iter().flatten().collect(), mach) })
 }
 
 /// Pressure without boundary layer.
-pub(super) fn inviscid_pressure(
-    nodes: &[[f64; 2]],
-    solution: &InviscidSolution,
-    title: &str,
-) -> Result<String, FigureError> {
-    let points = nodes.iter().zip(&solution.cp).map(|(n, cp)| [n[0], *cp]).collect();
-    cp_figure(title, vec![series("inviscid", points, Stroke::SECTION)], Vec::new())
+pub(super) fn inviscid_pressure(body: Body<'_>, solution: &InviscidSolution, mach: f64, title: &str) -> String {
+    let points = Chordwise(body.frame).curve(body.nodes, &solution.cp);
+    let plot = cp_plot(vec![series("inviscid", points, Stroke::SECTION)], mach);
+    line_figure(&LineFigure { title: title.into(), ..plot })
 }
 
-/// Pressure coefficients over the chord, suction upwards.
-fn cp_figure(title: &str, series: Vec<Series>, annotations: Vec<Annotation>) -> Result<String, FigureError> {
-    let (x_label, y_label) = ("x/c".into(), "Cp".into());
-    line_figure(&LineFigure {
-        title: title.into(),
-        x_label,
-        y_label,
-        series,
-        inverted_y: true,
-        annotations,
-        log_y: false,
-    })
+/// Pressure coefficients over the chord, suction upwards, with the critical one where the axis comes near it.
+fn cp_plot(series: Vec<Series>, mach: f64) -> LineFigure {
+    let values = || series.iter().flat_map(|s| &s.points).map(|p| p[1]).filter(|v| v.is_finite());
+    let (low, high) = values().fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    let (mut y_label, mut levels, mut y_range) = ("Cp".to_string(), Vec::new(), None);
+    if let Some(critical) = critical_pressure(mach) {
+        if critical > low - (high - low) {
+            // also for the name of the line
+            let room = 0.12 * (high - low);
+            y_range = Some([low.min(critical) - room, high.max(critical) + room]);
+            levels.push(Annotation { at: critical, label: format!("critical Cp {}", engineering(critical, 3)) });
+        } else {
+            y_label = format!("Cp (critical {})", engineering(critical, 3));
+        }
+    }
+    LineFigure { x_label: "x/c".into(), y_label, series, inverted_y: true, levels, y_range, ..LineFigure::default() }
+}
+
+/// Pressure and boundary layer along both sides.
+pub(super) fn boundary_layer(body: Body<'_>, solution: &Solution, title: &str) -> String {
+    let distributions = solution.distributions();
+    let along = Chordwise(body.frame);
+    let both = |name: &str, value: fn(&StationFlow) -> f64| LineFigure {
+        x_label: "x/c".into(),
+        y_label: name.into(),
+        series: vec![
+            series("upper side", along.stations(&distributions.upper, value), Stroke::palette(0)),
+            series("lower side", along.stations(&distributions.lower, value), Stroke::palette(1)),
+        ],
+        ..LineFigure::default()
+    };
+    let mut friction = both("skin friction cf", |s| s.skin_friction);
+    friction.y_range = behind_the_nose(&friction.series);
+    let pressure = both("Cp", |s| s.cp);
+    let pressure = cp_plot(pressure.series, solution.condition.mach);
+    let plots = [
+        pressure,
+        both("H (kinematic)", |s| s.shape_parameter),
+        friction,
+        both("amplification n", |s| s.amplification),
+        both("displacement δ*/c", |s| s.displacement_thickness),
+        both("momentum θ/c", |s| s.momentum_thickness),
+    ];
+    grid_figure(title, 2, &plots)
 }
 
 /// The section with its displacement thickness.
-pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> Result<String, FigureError> {
+pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> String {
     let distributions = solution.distributions();
     let edge = |side: &[StationFlow], sign: f64| -> Vec<[f64; 2]> {
         let offset = |k: usize| {
@@ -160,31 +261,101 @@ pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str)
     })
 }
 
-/// Lift over drag coefficient.
-pub(super) fn drag_polar(points: &[&Solution], title: &str) -> Result<String, FigureError> {
-    sweep_figure(title, "CD", "CL", points.iter().map(|s| [s.coefficients.cd, s.coefficients.cl]).collect())
+/// An axis for what happens behind the nose, where the peak at the stagnation point would dwarf it.
+fn behind_the_nose(series: &[Series]) -> Option<[f64; 2]> {
+    let values = series.iter().flat_map(|s| &s.points).filter(|p| p[0] > 0.03).map(|p| p[1]);
+    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    (high > low).then_some([low - 0.05 * (high - low), high + 0.15 * (high - low)])
 }
 
-/// Lift coefficient over the angle of attack.
-pub(super) fn lift_curve(points: &[&Solution], title: &str) -> Result<String, FigureError> {
-    sweep_figure(
-        title,
-        "alpha, degrees",
-        "CL",
-        points.iter().map(|s| [s.alpha.to_degrees(), s.coefficients.cl]).collect(),
-    )
+/// A named sweep of the angle of attack.
+pub(super) struct Sweep<'a> {
+    pub name: &'a str,
+    pub points: &'a [Solution],
+    pub stroke: Stroke,
 }
 
-fn sweep_figure(title: &str, x: &str, y: &str, points: Vec<[f64; 2]>) -> Result<String, FigureError> {
-    line_figure(&LineFigure {
-        title: title.to_string(),
-        x_label: x.into(),
-        y_label: y.into(),
-        series: vec![Series { dots: true, ..series("section", points, Stroke::SECTION) }],
-        ..LineFigure::default()
-    })
+/// Lift, drag, moment, glide ratio and transition of a sweep; points beyond the model are grey.
+pub(super) fn polar(points: &[Solution], title: &str) -> String {
+    let sweep = [Sweep { name: "", points, stroke: Stroke::SECTION }];
+    let alpha = |s: &Solution| s.alpha.to_degrees();
+    let mut transition = sweep_plot("α, degrees", "transition x/c", &[], alpha, |_| 0.0);
+    for (k, side) in ["upper side", "lower side"].into_iter().enumerate() {
+        let sweep = [Sweep { name: side, points, stroke: Stroke::palette(k) }];
+        transition.series.extend(sweep_series(&sweep, alpha, |s| s.coefficients.transition[k]));
+    }
+    let plots = [
+        drag_polar(&sweep),
+        lift_curve(&sweep),
+        sweep_plot("α, degrees", "Cm (c/4)", &sweep, alpha, |s| s.coefficients.cm),
+        sweep_plot("α, degrees", "CL/CD", &sweep, alpha, |s| s.coefficients.cl / s.coefficients.cd),
+        sweep_plot("α, degrees", "CD, counts", &sweep, alpha, |s| 1e4 * s.coefficients.cd),
+        transition,
+    ];
+    grid_figure(title, 2, &plots)
+}
+
+/// Drag polar and lift curve of several sections.
+pub(super) fn polars(sweeps: &[Sweep<'_>], title: &str) -> String {
+    grid_figure(title, 2, &[drag_polar(sweeps), lift_curve(sweeps)])
+}
+
+fn drag_polar(sweeps: &[Sweep<'_>]) -> LineFigure {
+    sweep_plot("CD, counts", "CL", sweeps, |s| 1e4 * s.coefficients.cd, |s| s.coefficients.cl)
+}
+
+fn lift_curve(sweeps: &[Sweep<'_>]) -> LineFigure {
+    sweep_plot("α, degrees", "CL", sweeps, |s| s.alpha.to_degrees(), |s| s.coefficients.cl)
+}
+
+fn sweep_plot(
+    x_label: &str,
+    y_label: &str,
+    sweeps: &[Sweep<'_>],
+    x: impl Fn(&Solution) -> f64,
+    y: impl Fn(&Solution) -> f64,
+) -> LineFigure {
+    let series = sweep_series(sweeps, x, y);
+    LineFigure { x_label: x_label.into(), y_label: y_label.into(), series, ..LineFigure::default() }
+}
+
+/// A curve through the points of each sweep that hold, and grey dots for those beyond the model.
+fn sweep_series(sweeps: &[Sweep<'_>], x: impl Fn(&Solution) -> f64, y: impl Fn(&Solution) -> f64) -> Vec<Series> {
+    let at = |s: &Solution| [x(s), y(s)];
+    let mut all = Vec::new();
+    for Sweep { name, points, stroke } in sweeps {
+        let gaps = points.iter().map(|s| if s.is_reliable() { at(s) } else { [f64::NAN; 2] }).collect();
+        all.push(Series { dots: true, ..series(name, gaps, *stroke) });
+        let beyond: Vec<[f64; 2]> = points.iter().filter(|s| s.status.is_beyond_model()).map(at).collect();
+        if !beyond.is_empty() {
+            let grey = Stroke { width: 0.0, color: Color(170, 170, 170), ..*stroke };
+            all.push(Series { dots: true, ..series("beyond the model", beyond, grey) });
+        }
+    }
+    all
 }
 
 fn series(label: &str, points: Vec<[f64; 2]>, stroke: Stroke) -> Series {
     Series { label: label.to_string(), points, stroke, dots: false }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn critical_pressures_are_those_of_the_tables() {
+        // Abbott and von Doenhoff, figure 140: M 0.5 and 0.7
+        assert!((critical_pressure(0.5).unwrap() + 2.133).abs() < 2e-3);
+        assert!((critical_pressure(0.7).unwrap() + 0.779).abs() < 2e-3);
+        assert_eq!(critical_pressure(0.0), None);
+    }
+
+    #[test]
+    fn conditions_are_complete() {
+        let free = Condition { mach: 0.2, ..Condition::new(Incidence::Lift(0.5), 3e6) };
+        assert_eq!(condition_text(&free), "CL 0.5, M 0.2, Re 3e6, Ncrit 9");
+        let tripped = Condition { trips: [Some(0.1), None], ..Condition::new(Incidence::Alpha(0.0), 5e5) };
+        assert_eq!(condition_text(&tripped), "α 0°, M 0, Re 500000, trips at x/c 0.1 and free, Ncrit 9");
+    }
 }

@@ -2,7 +2,9 @@
 
 use super::design_vector;
 use super::failure::Failure;
+use super::message::note;
 use super::output::{print, print_json};
+use super::overview::groups;
 use crate::case::Case;
 use crate::design::{DerivativeCheck, DesignProblem, check_gradients};
 use crate::report::json::GradientsReport;
@@ -24,7 +26,7 @@ pub(super) struct GradientsArguments {
     all: bool,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 pub(super) fn run(arguments: &GradientsArguments) -> Result<(), Failure> {
@@ -33,6 +35,7 @@ pub(super) fn run(arguments: &GradientsArguments) -> Result<(), Failure> {
     }
     let mut case = Case::open(&arguments.case)?;
     let mut values = design_vector::read(&case, arguments.at.as_deref())?;
+    case.repairs().iter().for_each(|repair| note(&format!("repaired: {repair}")));
     shake(&case.problem, &mut values, arguments.shake);
     let checks = check_gradients(&mut case.problem, &values)
         .map_err(|e| Failure::Computation(format!("{}: no value here or a finite step away: {e}", case.name)))?;
@@ -48,10 +51,9 @@ pub(super) fn run(arguments: &GradientsArguments) -> Result<(), Failure> {
 fn verdict(checks: &[DerivativeCheck]) -> Result<(), Failure> {
     match checks.iter().filter(|c| !c.agrees()).count() {
         0 => Ok(()),
-        wrong => Err(Failure::Computation(format!(
-            "{wrong} of {} derivatives disagree beyond the estimated error",
-            checks.len()
-        ))),
+        wrong => {
+            Err(Failure::Told(format!("{wrong} of {} derivatives disagree beyond the estimated error", checks.len())))
+        }
     }
 }
 
@@ -63,6 +65,11 @@ fn shake(problem: &DesignProblem, values: &mut [f64], share: f64) {
     }
 }
 
+/// The names in groups: families together, every other name alone.
+fn families<'a>(names: &[&'a str]) -> Vec<Vec<&'a str>> {
+    groups(names).into_iter().map(|group| group.members.into_iter().map(|k| names[k]).collect()).collect()
+}
+
 fn as_text(name: &str, checks: &[DerivativeCheck], all: bool) -> String {
     let mut text = format!(
         "{name}: exact derivatives against plain forward mode and finite differences\n\
@@ -72,8 +79,9 @@ fn as_text(name: &str, checks: &[DerivativeCheck], all: bool) -> String {
     );
     let mut quantities: Vec<&str> = checks.iter().map(|c| c.quantity.as_str()).collect();
     quantities.dedup();
-    for quantity in quantities {
-        let rows: Vec<&DerivativeCheck> = checks.iter().filter(|c| c.quantity == quantity).collect();
+    let together = if all { quantities.iter().map(|q| vec![*q]).collect() } else { families(&quantities) };
+    for members in together {
+        let rows: Vec<&DerivativeCheck> = checks.iter().filter(|c| members.contains(&c.quantity.as_str())).collect();
         let worst = rows.iter().max_by(|a, b| a.difference_deviation().total_cmp(&b.difference_deviation()));
         let shown = if all { rows.clone() } else { worst.map(|c| vec![*c]).unwrap_or_default() };
         for c in shown {
@@ -93,9 +101,10 @@ fn as_text(name: &str, checks: &[DerivativeCheck], all: bool) -> String {
         let agreeing = rows.iter().filter(|c| c.agrees()).count();
         let route = rows.iter().map(|c| c.route_error()).fold(0.0, f64::max);
         text.push_str(&format!(
-            "{:20} {agreeing} of {} agree; worst between the two automatic routes {route:.1e}\n\n",
+            "{:20} {agreeing} of {} agree{}; worst between the two automatic routes {route:.1e}\n\n",
             "",
-            rows.len()
+            rows.len(),
+            if members.len() > 1 { format!(" in {} quantities of this family", members.len()) } else { String::new() }
         ));
     }
     text
@@ -123,7 +132,7 @@ mod tests {
         for wrong in [2.0 + 1e-10, -2.0, 0.0, f64::NAN] {
             let failure = verdict(&[check(2.0), check(wrong)]).unwrap_err();
             assert_eq!(failure.exit_status(), 1);
-            assert!(matches!(&failure, Failure::Computation(m) if m.starts_with("1 of 2 derivatives")), "{failure:?}");
+            assert!(matches!(&failure, Failure::Told(m) if m.starts_with("1 of 2 derivatives")), "{failure:?}");
             assert!(as_text("case", &[check(2.0), check(wrong)], true).contains("DISAGREES"));
         }
     }

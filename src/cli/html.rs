@@ -1,19 +1,27 @@
 //! `report.html`: one page that shows a run, without anything from the network.
 
-use crate::report::json::{ConstraintReport, RunReport};
-use std::fmt::Write;
+use super::overview::{Overview, Row, Tone};
+use crate::report::engineering;
+use crate::report::json::{BoundsReport, RunReport};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The content of the page.
 pub(super) struct Page<'a> {
     /// The content of `result.json`.
     pub result: &'a RunReport,
+    /// What a stranger sees first.
+    pub overview: &'a Overview,
     /// The command that runs the case again.
     pub command: String,
+    /// One sentence on the case, or empty.
+    pub description: &'a str,
     /// The case file.
     pub case: &'a str,
+    /// Bounds of the variables, in their order.
+    pub bounds: Vec<BoundsReport>,
     /// Headings and SVG figures.
     pub figures: Vec<(String, String)>,
-    /// Tables that stand between the values and the design variables.
+    /// Tables that stand between the figures and the design variables.
     pub tables: Vec<HtmlTable>,
 }
 
@@ -24,120 +32,200 @@ pub(super) struct HtmlTable {
     pub rows: Vec<Vec<String>>,
 }
 
-const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#222}\
-h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em}table{border-collapse:collapse;margin:.6em 0}\
-td,th{padding:.15em .8em;border-bottom:1px solid #ddd;text-align:right;font-variant-numeric:tabular-nums}\
-td:first-child,th:first-child{text-align:left}svg{width:100%;height:auto}pre{background:#f5f5f5;padding:.8em;overflow:auto}\
-figure{margin:0}.held{font-weight:bold}";
+const STYLE: &str = "\
+body{font:15px/1.5 sans-serif;max-width:1000px;margin:1.5em auto;padding:0 1em;color:#222}\
+h1{font-size:1.35em;margin:0 0 .2em}h2{font-size:1.15em;margin:2em 0 .4em}\
+.verdict{border:1px solid #d5d5d5;border-radius:8px;padding:1em 1.4em;background:#fafafa}\
+.about{color:#555;margin:.2em 0}.headline{font-size:2.1em;line-height:1.2;margin:.35em 0}\
+.headline b{color:#0b5}.headline b.worse{color:#b00}.headline small{font-size:.5em;color:#555}\
+.columns{display:flex;gap:2.5em;flex-wrap:wrap}.columns>div{flex:1 1 380px;margin-bottom:.8em}\
+.verdict h2{font-size:1em;margin:.9em 0 .2em;color:#555}ul{margin:0;padding-left:1.2em}\
+ul.checks{list-style:none;padding:0}.checks li{padding-left:1.5em;text-indent:-1.5em}.checks li::before{display:inline-block;width:1.5em;text-indent:0;font-weight:bold}\
+.good::before{content:'\\2713';color:#0a5}.bad::before{content:'\\2717';color:#c00}\
+.warning::before{content:'!';color:#b70}.plain::before{content:'\\2013';color:#777}\
+.bad,tr.bad td{color:#c00;font-weight:bold}.warning{color:#850}\
+table{border-collapse:collapse;margin:.4em 0}td,th{padding:.15em .8em;border-bottom:1px solid #ddd;text-align:right;\
+font-variant-numeric:tabular-nums}td:first-child,th:first-child,.left{text-align:left}tr.first td{font-weight:bold}\
+svg{width:100%;height:auto}figure{margin:0}pre{background:#f5f5f5;padding:.8em;overflow:auto}summary{cursor:pointer}";
 
-/// Text as HTML shows it.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
+/// Numbers in tables of details.
 fn number(value: Option<f64>) -> String {
-    match value {
-        Some(0.0) => "0".into(),
-        Some(v) if v.is_finite() => format!("{v:.7e}"),
-        _ => "–".into(),
+    value.map_or("–".into(), |v| engineering(v, 7))
+}
+
+fn class(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Plain => "plain",
+        Tone::Good => "good",
+        Tone::Warning => "warning",
+        Tone::Bad => "bad",
     }
 }
 
-fn table(text: &mut String, HtmlTable { heading, columns, rows }: &HtmlTable) {
-    let _ = write!(text, "<h2>{}</h2><table><tr>", escaped(heading));
-    columns.iter().for_each(|c| {
-        let _ = write!(text, "<th>{}</th>", escaped(c));
-    });
-    text.push_str("</tr>");
-    for row in rows {
-        text.push_str("<tr>");
-        row.iter().for_each(|c| {
-            let _ = write!(text, "<td>{}</td>", escaped(c));
-        });
-        text.push_str("</tr>");
-    }
-    text.push_str("</table>\n");
-}
-
-/// An SVG document as a part of the page.
-fn inline(svg: &str) -> &str {
-    svg.find("<svg").map_or(svg, |at| &svg[at..])
+/// An SVG document as a part of the page: its texts were escaped when it was drawn.
+fn inline(svg: &str) -> PreEscaped<&str> {
+    PreEscaped(svg.find("<svg").map_or(svg, |at| &svg[at..]))
 }
 
 impl Page<'_> {
     /// The page as HTML.
     pub fn render(&self) -> String {
         let result = self.result;
-        let mut text = format!(
-            "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}: {1}</title><style>{STYLE}</style></head><body>\n\
-             <h1>{0}: {1}</h1><p>{2}</p><p>Run again: <code>{3}</code></p>\n",
-            escaped(&result.case),
-            escaped(result.status.as_str()),
-            escaped(&result.message),
-            escaped(&self.command)
-        );
-        table(&mut text, &overview(result));
-        for (heading, svg) in &self.figures {
-            let _ = writeln!(text, "<h2>{}</h2><figure>{}</figure>", escaped(heading), inline(svg));
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (result.case) ": " (result.status) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    (self.verdict())
+                    (quantities(&self.overview.rows))
+                    @if !result.repairs.is_empty() {
+                        h2 { "Repairs of the input" }
+                        ul { @for repair in &result.repairs { li { (repair) } } }
+                    }
+                    @for (heading, svg) in &self.figures {
+                        h2 { (heading) }
+                        figure { (inline(svg)) }
+                    }
+                    @for table in &self.tables { (plain_table(table)) }
+                    (self.variables())
+                    (self.details())
+                }
+            }
+        };
+        page.into_string() + "\n"
+    }
+
+    /// What went down by how much, what holds it, and why it may be trusted.
+    fn verdict(&self) -> Markup {
+        let (result, overview) = (self.result, self.overview);
+        let [start, end, change] = &overview.headline;
+        let objective = if overview.objective == "cd" { "drag (cd)" } else { overview.objective.as_str() };
+        let worse = result.objective.zip(result.initial_objective).is_some_and(|(end, start)| end > start);
+        html! {
+            section.verdict {
+                h1 { (result.case) ": " (result.status) }
+                @if !self.description.is_empty() { p.about { (self.description) } }
+                @for condition in &overview.conditions { p.about { "at " (condition) } }
+                p.headline {
+                    small { (objective) " " } (start) " → " (end) " "
+                    b.worse[worse] { (change) }
+                }
+                div.columns {
+                    div {
+                        h2 { "What holds it there" }
+                        ul {
+                            @for hold in &overview.holds { li { (hold) } }
+                            @if overview.holds.is_empty() { li { "no constraint and no bound of a variable" } }
+                        }
+                    }
+                    div {
+                        h2 { "Whether to trust it" }
+                        ul.checks {
+                            @for check in &overview.checks { li class=(class(check.tone)) { (check.text) } }
+                        }
+                    }
+                }
+                p.about {
+                    (result.optimizer) ", " (result.iterations) " iterations, " (result.evaluations) " evaluations, "
+                    (engineering(result.seconds, 3)) " s"
+                }
+            }
         }
-        if let Some(constraints) = constraints(result) {
-            table(&mut text, &constraints);
+    }
+
+    fn variables(&self) -> Markup {
+        let starts = self.result.initial_variables.iter().map(|(_, value)| *value);
+        let rows = self.result.variables.iter().zip(starts).zip(&self.bounds);
+        html! {
+            h2 { "Design variables" }
+            details {
+                summary { (self.result.variables.0.len()) " variables, " (self.result.active_bounds.0.len()) " at a bound" }
+                table {
+                    tr { th { "variable" } th { "start" } th { "end" } th { "lower" } th { "upper" } th { "multiplier" } }
+                    @for (((name, end), start), bounds) in rows {
+                        tr {
+                            td { (name) } td { (number(Some(start))) } td { (number(Some(*end))) }
+                            td { (number(bounds.lower)) } td { (number(bounds.upper)) }
+                            td { (number(self.result.active_bounds.get(name).map(|active| active.multiplier))) }
+                        }
+                    }
+                }
+            }
         }
-        let rows = result.values.iter().map(|(name, v)| vec![name.to_string(), number(*v)]).collect();
-        table(&mut text, &HtmlTable { heading: "Values", columns: vec!["value", "at the end"], rows });
-        self.tables.iter().for_each(|further| table(&mut text, further));
-        let rows = result.variables.iter().map(|(name, v)| vec![name.to_string(), number(Some(*v))]).collect();
-        table(&mut text, &HtmlTable { heading: "Design variables", columns: vec!["variable", "at the end"], rows });
-        let _ = writeln!(text, "<h2>Case file</h2><pre>{}</pre></body></html>", escaped(self.case));
-        text
+    }
+
+    /// Everything in full, folded away.
+    fn details(&self) -> Markup {
+        let result = self.result;
+        html! {
+            h2 { "Details" }
+            p { (result.message) }
+            details {
+                summary { "All " (result.values.0.len()) " values and " (result.constraints.0.len()) " constraints" }
+                table {
+                    tr {
+                        th { "quantity" } th { "start" } th { "end" } th { "lower" } th { "upper" }
+                        th { "violation" } th { "multiplier" }
+                    }
+                    @for ((name, end), (_, start)) in result.values.iter().zip(result.initial.iter()) {
+                        @let constraint = result.constraints.get(name);
+                        tr {
+                            td { (name) } td { (number(*start)) } td { (number(*end)) }
+                            td { (number(constraint.and_then(|c| c.lower))) }
+                            td { (number(constraint.and_then(|c| c.upper))) }
+                            td { (number(constraint.and_then(|c| c.violation))) }
+                            td { (number(constraint.and_then(|c| c.multiplier))) }
+                        }
+                    }
+                }
+                p { "Multiplier: change of the objective per unit of the bound." }
+            }
+            details { summary { "Case file" } pre { (self.case) } }
+            p { "Run again: " code { (self.command) } }
+        }
     }
 }
 
-fn overview(result: &RunReport) -> HtmlTable {
-    let rows = [
-        ("optimizer", result.optimizer.to_string()),
-        ("iterations", result.iterations.to_string()),
-        ("evaluations", result.evaluations.to_string()),
-        ("failed evaluations", result.failed_evaluations.to_string()),
-        ("seconds", number(Some(result.seconds))),
-        ("objective", number(result.objective)),
-        ("kkt residual", number(Some(result.kkt_residual))),
-    ];
-    let rows = rows.into_iter().map(|(name, value)| vec![name.to_string(), value]).collect();
-    HtmlTable { heading: "Run", columns: vec!["", ""], rows }
+/// Start, end, change and bound of every quantity.
+fn quantities(rows: &[Row]) -> Markup {
+    html! {
+        h2 { "From start to end" }
+        table {
+            tr { th { "quantity" } th { "start" } th { "end" } th { "change" } th.left { "bound" } th {} }
+            @for row in rows {
+                tr.bad[row.tone == Tone::Bad].first[row.role == "minimised"] {
+                    td { (row.name) } td { (row.start) } td { (row.end) } td { (row.change) }
+                    td.left { (row.bound) } td.left { (row.role) }
+                }
+            }
+        }
+    }
 }
 
-/// All constraints, those that hold the design first; `None` without constraints.
-fn constraints(result: &RunReport) -> Option<HtmlTable> {
-    let mut entries: Vec<(&str, &ConstraintReport)> = result.constraints.iter().collect();
-    let pull = |c: &ConstraintReport| c.multiplier.map_or(0.0, f64::abs);
-    entries.sort_by(|(_, a), (_, b)| pull(b).total_cmp(&pull(a)));
-    let row = |(name, c): &(&str, &ConstraintReport)| {
-        let cells = [c.value, c.lower, c.upper, c.violation, c.multiplier].map(number);
-        std::iter::once(name.to_string()).chain(cells).collect()
-    };
-    (!entries.is_empty()).then(|| HtmlTable {
-        heading: "Constraints (multiplier: change of the objective per unit of the bound)",
-        columns: vec!["constraint", "value", "lower bound", "upper bound", "violation", "multiplier"],
-        rows: entries.iter().map(row).collect(),
-    })
+fn plain_table(table: &HtmlTable) -> Markup {
+    html! {
+        h2 { (table.heading) }
+        table {
+            tr { @for column in &table.columns { th { (column) } } }
+            @for row in &table.rows { tr { @for cell in row { td { (cell) } } } }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::overview::Check;
     use super::*;
     use crate::optimize::Termination;
     use crate::report::json::Named;
 
     #[test]
     fn a_page_is_complete_and_harmless() {
-        let area = ConstraintReport {
-            value: Some(0.1),
-            lower: Some(0.1),
-            upper: None,
-            violation: Some(0.0),
-            multiplier: Some(2.0),
-        };
         let result = RunReport {
             case: "a<b".into(),
             optimizer: "slsqp",
@@ -149,23 +237,60 @@ mod tests {
             seconds: 0.5,
             objective: None,
             values: Named::new(["cd"], [Some(0.007)]),
-            constraints: Named::new(["area"], [area]),
+            constraints: Named(Vec::new()),
             kkt_residual: f64::NAN,
             variables: Named::new(["dx[0,0]"], [0.25]),
+            initial_objective: None,
+            initial: Named::new(["cd"], [None]),
+            initial_variables: Named::new(["dx[0,0]"], [0.0]),
+            active_bounds: Named(Vec::new()),
+            repairs: vec!["s<1>.dat: one point moved".into()],
             min_fold_indicator: None,
             folded: None,
-            self_intersecting: false,
+            self_intersecting: true,
+            identifiers: Named(Vec::new()),
+        };
+        let row = |name: &str, tone: Tone| Row {
+            name: name.into(),
+            start: "none".into(),
+            end: "70 counts".into(),
+            change: String::new(),
+            bound: "≤ 60 counts".into(),
+            role: "violated by 0.001".into(),
+            tone,
+        };
+        let overview = Overview {
+            objective: "cd".into(),
+            conditions: vec!["α 0°".into()],
+            headline: ["none".into(), "70 counts".into(), String::new()],
+            rows: vec![row("cd", Tone::Bad)],
+            holds: vec!["area ≥ <0.1>".into()],
+            checks: vec![Check { text: "the section crosses itself".into(), tone: Tone::Bad }],
         };
         let page = Page {
             result: &result,
+            overview: &overview,
             command: "aeroform run a".into(),
+            description: "a case",
             case: "name = \"a<b\"",
+            bounds: vec![BoundsReport { lower: Some(-1.0), upper: None }],
             figures: vec![("Start".into(), "<?xml version=\"1.0\"?><svg></svg>".into())],
             tables: vec![HtmlTable { heading: "Timing", columns: vec!["what"], rows: vec![vec!["flow".into()]] }],
         };
         let html = page.render();
-        for part in ["a&lt;b", "fine &amp; done", "<svg></svg>", "1.0000000e-1", "Timing", "–", "7.0000000e-3"] {
-            assert!(html.contains(part), "{part}");
+        for part in [
+            "a&lt;b",
+            "fine &amp; done",
+            "<svg></svg>",
+            "<li class=\"bad\">the section crosses itself</li>",
+            "<tr class=\"bad\"><td>cd</td>",
+            "area ≥ &lt;0.1&gt;",
+            "s&lt;1&gt;.dat: one point moved",
+            "Timing",
+            "–",
+            "0.007",
+        ] {
+            assert!(html.contains(part), "{part} is not in {html}");
         }
         assert!(!html.contains("<?xml") && !html.contains("http") && html.ends_with("</html>\n"));
     }

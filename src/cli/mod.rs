@@ -7,6 +7,8 @@ mod analyze;
 mod cases;
 mod design_vector;
 mod evaluate;
+mod events;
+mod export;
 mod failure;
 mod figures;
 mod flow_arguments;
@@ -14,11 +16,16 @@ mod gradients;
 mod html;
 mod message;
 mod output;
+mod overview;
 mod polar;
 mod processor;
+mod progress;
 mod run;
+mod run_files;
 mod section;
 mod shape_arguments;
+mod summary;
+mod table_csv;
 
 use clap::{Parser, Subcommand};
 use failure::Failure;
@@ -28,6 +35,8 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "aeroform", version, about, long_about = None, arg_required_else_help = true)]
 struct Arguments {
+    #[command(flatten)]
+    voice: message::Voice,
     #[command(subcommand)]
     command: Command,
 }
@@ -52,19 +61,33 @@ enum Command {
 
 /// Runs the command with the arguments of the process.
 pub fn main() -> ExitCode {
-    match processor::check().and_then(|()| arguments()).and_then(|given| given.map_or(Ok(()), run_command)) {
+    let arguments = match processor::check().and_then(|()| arguments()) {
+        Ok(Some(arguments)) => arguments,
+        Ok(None) => return ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.report();
+            return failure.exit_status().into();
+        }
+    };
+    arguments.voice.raise();
+    let as_json = arguments.command.prints_json();
+    match run_command(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
+            if let Some(reason) = failure.untold().filter(|_| as_json) {
+                // a script that reads the output finds an object there in any case
+                let _ = output::print_json(&FailureReport { failed: reason });
+            }
             failure.report();
             failure.exit_status().into()
         }
     }
 }
 
-/// The command that was asked for; `None` where help or version was, which has been printed.
-fn arguments() -> Result<Option<Command>, Failure> {
+/// The arguments of the process; `None` where help or version was asked for, which has been printed.
+fn arguments() -> Result<Option<Arguments>, Failure> {
     let error = match Arguments::try_parse() {
-        Ok(arguments) => return Ok(Some(arguments.command)),
+        Ok(arguments) => return Ok(Some(arguments)),
         Err(error) => error,
     };
     // with the colours that the terminal takes
@@ -74,6 +97,27 @@ fn arguments() -> Result<Option<Command>, Failure> {
             Err(Failure::Computation(format!("standard output cannot be written: {error}")))
         }
         _ => Ok(None),
+    }
+}
+
+/// What `--json` prints where there is no result.
+#[derive(serde::Serialize)]
+struct FailureReport<'a> {
+    failed: &'a str,
+}
+
+impl Command {
+    /// Whether the result is wanted as JSON.
+    fn prints_json(&self) -> bool {
+        match self {
+            Self::Run(arguments) => arguments.json,
+            Self::Evaluate(arguments) => arguments.json,
+            Self::Gradients(arguments) => arguments.json,
+            Self::Section(arguments) => arguments.json,
+            Self::Analyze(arguments) => arguments.json,
+            Self::Polar(arguments) => arguments.json,
+            Self::Cases(arguments) => arguments.json,
+        }
     }
 }
 

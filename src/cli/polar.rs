@@ -1,14 +1,20 @@
 //! `aeroform polar`: a sweep of the angle of attack.
 
+use super::events::{EventArguments, Events};
 use super::failure::Failure;
 use super::figures;
-use super::flow_arguments::{FlowArguments, panelled};
+use super::flow_arguments::{FlowArguments, Panelled, panelled};
+use super::message::Voice;
 use super::output::{print, print_json};
-use crate::design::parallel::{in_parallel_with, processors};
+use super::table_csv::csv;
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
-use crate::report::{Align, OutputDirectory, Table};
+use crate::report::{OutputDirectory, engineering};
+use serde::Serialize;
+use std::io::Write;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
 use std::time::Instant;
 
 /// Arguments of `aeroform polar`.
@@ -27,11 +33,55 @@ pub(super) struct PolarArguments {
     out: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
+    #[command(flatten)]
+    events: EventArguments,
 }
 
 /// Most points of a sweep.
 const MOST_POINTS: usize = 10_000;
+
+/// One point of a sweep.
+struct Point {
+    /// Angle of attack in degrees.
+    alpha: f64,
+    /// The flow and the seconds it took, or why there is none.
+    flow: Result<(Solution, f64), Failure>,
+}
+
+impl Point {
+    fn solution(&self) -> Option<&Solution> {
+        self.flow.as_ref().ok().map(|(solution, _)| solution)
+    }
+
+    /// The solution, where its numbers hold.
+    fn reliable(&self) -> Option<&Solution> {
+        self.solution().filter(|s| s.is_reliable())
+    }
+
+    /// The solution, where it has numbers: within the model or beyond it.
+    fn solved(&self) -> Option<&Solution> {
+        self.solution().filter(|s| s.is_solved())
+    }
+
+    /// The status in words: of the flow, or the reason why there is none.
+    fn status(&self) -> String {
+        match &self.flow {
+            Ok((solution, _)) => solution.status.to_string(),
+            Err(failure) => failure.to_string(),
+        }
+    }
+
+    fn report(&self, arguments: &PolarArguments, repairs: &[String]) -> AnalysisReport {
+        match &self.flow {
+            Ok((solution, seconds)) => AnalysisReport::new(solution, *seconds, repairs),
+            Err(_) => {
+                let FlowArguments { mach, reynolds, .. } = arguments.point;
+                AnalysisReport::refused(self.alpha, mach, reynolds, self.status(), repairs)
+            }
+        }
+    }
+}
 
 pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     let alphas = angles(&arguments.alpha)?;
@@ -39,41 +89,113 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
         Some(path) => Some(OutputDirectory::prepare(path).map_err(|e| Failure::Input(e.to_string()))?),
         None => None,
     };
-    let (_, section) = panelled(&arguments.point)?;
-    let points = sweep(arguments, &section, &alphas)?;
+    let section = panelled(&arguments.point)?;
+    let mut display = Display::new(arguments, &section.repairs)?;
+    let mut points = sweep(arguments, &section.panels, &alphas, &mut display)?;
+    if points.iter().all(|p| p.flow.is_err())
+        && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
+    {
+        return Err(Failure::Input(format!("{}: {failure}", arguments.point.shape.shape)));
+    }
     if let Some(directory) = &directory {
-        let failed = |e: &dyn std::fmt::Display| Failure::Computation(e.to_string());
-        let reliable: Vec<&Solution> = points.iter().filter_map(Point::reliable).collect();
-        let title = format!(
-            "{}: M {}, Re {:.3e}",
-            arguments.point.shape.name(),
-            arguments.point.mach,
-            arguments.point.reynolds
-        );
-        let files = [
-            ("polar.csv", csv(&points)),
-            ("polar.svg", figures::drag_polar(&reliable, &title).map_err(|e| failed(&e))?),
-            ("lift.svg", figures::lift_curve(&reliable, &title).map_err(|e| failed(&e))?),
-        ];
-        directory.write_all(files).map_err(|e| failed(&e))?;
+        let solutions: Vec<Solution> = points.iter().filter_map(Point::solution).cloned().collect();
+        let surroundings = figures::surroundings_text(&arguments.point.condition(Some(0.0), None)?);
+        let title = format!("{}: {surroundings}", arguments.point.shape.name());
+        let files = [("polar.csv", table(&points)?), ("polar.svg", figures::polar(&solutions, &title))];
+        directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     }
     if arguments.json {
-        let reports = points.iter().map(|point| match &point.flow {
-            Ok((solution, seconds)) => AnalysisReport::new(solution, *seconds),
-            Err(_) => {
-                AnalysisReport::refused(point.alpha, arguments.point.mach, arguments.point.reynolds, point.status())
-            }
-        });
-        print_json(&PolarReport { section: arguments.point.shape.shape.clone(), points: reports.collect() })?;
-    } else {
-        print(&table(&points))?;
+        print_json(&report(arguments, &section, &points))?;
     }
     let failed = points.iter().filter(|p| p.reliable().is_none()).count();
     if failed == 0 {
         return Ok(());
     }
-    Err(Failure::Computation(format!("{failed} of {} points do not hold; their status says why", points.len())))
+    Err(Failure::Told(format!("{failed} of {} points do not hold; their status says why", points.len())))
 }
+
+fn report(arguments: &PolarArguments, section: &Panelled, points: &[Point]) -> PolarReport {
+    PolarReport {
+        section: arguments.point.shape.shape.clone(),
+        repairs: section.repairs.clone(),
+        points: points.iter().map(|point| point.report(arguments, &section.repairs)).collect(),
+    }
+}
+
+/// A point as an event.
+#[derive(Serialize)]
+struct PointEvent {
+    event: &'static str,
+    #[serde(flatten)]
+    point: AnalysisReport,
+}
+
+/// Shows the points in their order as they come.
+struct Display<'a> {
+    arguments: &'a PolarArguments,
+    rows: Rows,
+    /// Whether the head of the table has been shown.
+    headed: bool,
+    events: Events,
+    repairs: &'a [String],
+}
+
+/// Where the rows of the table go.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rows {
+    Output,
+    Errors,
+    Nowhere,
+}
+
+impl<'a> Display<'a> {
+    fn new(arguments: &'a PolarArguments, repairs: &'a [String]) -> Result<Self, Failure> {
+        let events = arguments.events.open()?;
+        let rows = match (arguments.json, Voice::current().quiet || events.take_standard_error()) {
+            (false, _) => Rows::Output,
+            (true, false) => Rows::Errors,
+            (true, true) => Rows::Nowhere,
+        };
+        Ok(Self { arguments, rows, headed: false, events, repairs })
+    }
+
+    fn line(&self, line: &str) -> Result<(), Failure> {
+        match self.rows {
+            Rows::Output => print(&format!("{line}\n")),
+            Rows::Errors => {
+                let _ = writeln!(std::io::stderr().lock(), "{line}");
+                Ok(())
+            }
+            Rows::Nowhere => Ok(()),
+        }
+    }
+
+    fn show(&mut self, point: &Point) -> Result<(), Failure> {
+        if !std::mem::replace(&mut self.headed, true) {
+            let heads: Vec<String> = COLUMNS.iter().map(|(name, width, _)| format!("{name:>width$}")).collect();
+            self.line(&format!("{:>8}  {}  status", "alpha", heads.join("  ")))?;
+        }
+        self.events.send(&PointEvent { event: "point", point: point.report(self.arguments, self.repairs) });
+        let cell = |(_, width, of): &Column| format!("{:>width$}", point.solved().map_or("-".into(), of));
+        let cells: Vec<String> = COLUMNS.iter().map(cell).collect();
+        self.line(&format!("{:>8.3}  {}  {}", point.alpha, cells.join("  "), point.status()))
+    }
+}
+
+/// A column of the table in the terminal: name, width and text.
+type Column = (&'static str, usize, fn(&Solution) -> String);
+
+/// Columns with a fixed width, so that rows can be printed as they come.
+const COLUMNS: [Column; 8] = [
+    ("CL", 8, |s| format!("{:.5}", s.coefficients.cl)),
+    ("CD, counts", 10, |s| format!("{:.2}", 1e4 * s.coefficients.cd)),
+    ("pressure", 8, |s| format!("{:.2}", 1e4 * s.cd_pressure)),
+    ("Cm", 8, |s| format!("{:.5}", s.coefficients.cm)),
+    ("CL/CD", 7, |s| engineering(s.coefficients.cl / s.coefficients.cd, 4)),
+    ("xtr upper", 9, |s| format!("{:.4}", s.coefficients.transition[0])),
+    ("xtr lower", 9, |s| format!("{:.4}", s.coefficients.transition[1])),
+    ("iterations", 10, |s| s.iterations.to_string()),
+];
 
 /// FIRST:LAST:STEP in degrees, both ends included.
 fn angles(text: &str) -> Result<Vec<f64>, Failure> {
@@ -96,59 +218,53 @@ fn angles(text: &str) -> Result<Vec<f64>, Failure> {
     Ok((0..=(count + 1e-9).floor() as usize).map(|k| first + k as f64 * step).collect())
 }
 
-/// One point of a sweep.
-struct Point {
-    /// Angle of attack in degrees.
-    alpha: f64,
-    /// The flow and the seconds it took, or why there is none.
-    flow: Result<(Solution, f64), Failure>,
-}
-
-impl Point {
-    fn solution(&self) -> Option<&Solution> {
-        self.flow.as_ref().ok().map(|(solution, _)| solution)
-    }
-
-    /// The solution, where its numbers hold.
-    fn reliable(&self) -> Option<&Solution> {
-        self.solution().filter(|s| s.is_reliable())
-    }
-
-    /// The status in words: of the flow, or the reason why there is none.
-    fn status(&self) -> String {
-        match &self.flow {
-            Ok((solution, _)) => solution.status.to_string(),
-            Err(failure) => failure.to_string(),
-        }
-    }
-}
-
-/// Solves all points; each job takes a run of neighbouring ones, every point starting from the last. A point that has
-/// no flow keeps its reason, and the others their flows.
+/// Solves all points and shows them in their order; each job takes a run of neighbouring ones, every point starting from
+/// the last.
 ///
-/// # Errors
-/// The reason of the first point where no point has a flow.
-fn sweep(arguments: &PolarArguments, section: &PanelledSection, alphas: &[f64]) -> Result<Vec<Point>, Failure> {
+/// A point that has no flow keeps its reason, and the others their flows.
+fn sweep(
+    arguments: &PolarArguments,
+    section: &PanelledSection,
+    alphas: &[f64],
+    display: &mut Display<'_>,
+) -> Result<Vec<Point>, Failure> {
     let jobs = arguments.jobs.clamp(1, alphas.len().max(1));
-    let runs: Vec<&[f64]> = alphas.chunks(alphas.len().div_ceil(jobs).max(1)).collect();
-    let solve = |run: &[f64]| -> Vec<Point> {
-        let mut points: Vec<Point> = Vec::with_capacity(run.len());
-        for &alpha in run {
-            let warm = points.last().and_then(Point::reliable);
-            let flow = solve_point(arguments, section, alpha, warm);
-            points.push(Point { alpha, flow });
+    let chunk = alphas.len().div_ceil(jobs).max(1);
+    let stopped = AtomicBool::new(false);
+    let (sender, receiver) = mpsc::channel::<Found>();
+    let solve = |first: usize, run: &[f64], sender: mpsc::Sender<Found>| {
+        let mut last: Option<Solution> = None;
+        for (k, &alpha) in run.iter().enumerate() {
+            if stopped.load(Ordering::Relaxed) {
+                return;
+            }
+            let flow = solve_point(arguments, section, alpha, last.as_ref().filter(|s| s.is_reliable()));
+            last = flow.as_ref().ok().map(|(solution, _)| solution.clone());
+            if sender.send((first + k, Point { alpha, flow })).is_err() {
+                return;
+            }
         }
-        points
     };
-    let mut points: Vec<Point> =
-        in_parallel_with(jobs.min(processors()), &runs, || (), |(), run| solve(run)).into_iter().flatten().collect();
-    if points.iter().all(|p| p.flow.is_err())
-        && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
-    {
-        return Err(Failure::Input(format!("{}: {failure}", arguments.point.shape.shape)));
-    }
-    Ok(points)
+    let solve = &solve;
+    std::thread::scope(|scope| {
+        for (job, run) in alphas.chunks(chunk).enumerate() {
+            let own = sender.clone();
+            let begun = std::thread::Builder::new().spawn_scoped(scope, move || solve(job * chunk, run, own));
+            // without a thread to be had, the work is done here
+            if begun.is_err() {
+                solve(job * chunk, run, sender.clone());
+            }
+        }
+        // the channel closes with the last job
+        drop(sender);
+        let result = gather(receiver, alphas.len(), display);
+        stopped.store(true, Ordering::Relaxed);
+        result
+    })
 }
+
+/// A point by its place in the sweep.
+type Found = (usize, Point);
 
 fn solve_point(
     arguments: &PolarArguments,
@@ -164,51 +280,57 @@ fn solve_point(
     Ok((solution, begin.elapsed().as_secs_f64()))
 }
 
-fn table(points: &[Point]) -> String {
-    let columns = ["alpha", "CL", "CD", "CD pressure", "Cm", "transition up", "transition low", "iterations", "status"];
-    let align = |k: usize| if k == 8 { Align::Left } else { Align::Right };
-    let mut table = Table::new(columns.iter().enumerate().map(|(k, name)| (*name, align(k))));
-    for point in points {
-        let number = |value: fn(&Solution) -> f64, digits: usize| {
-            point.reliable().map_or("-".into(), |s| format!("{:.digits$}", value(s)))
-        };
-        table.row([
-            format!("{:.3}", point.alpha),
-            number(|s| s.coefficients.cl, 5),
-            number(|s| s.coefficients.cd, 6),
-            number(|s| s.cd_pressure, 6),
-            number(|s| s.coefficients.cm, 5),
-            number(|s| s.coefficients.transition[0], 4),
-            number(|s| s.coefficients.transition[1], 4),
-            point.solution().map_or("-".into(), |s| s.iterations.to_string()),
-            point.status(),
-        ]);
+/// Takes the points as they come and shows them in their order.
+fn gather(receiver: mpsc::Receiver<Found>, count: usize, display: &mut Display<'_>) -> Result<Vec<Point>, Failure> {
+    let mut waiting: Vec<Option<Point>> = (0..count).map(|_| None).collect();
+    let mut points = Vec::with_capacity(count);
+    for (index, point) in receiver {
+        waiting[index] = Some(point);
+        while let Some(next) = waiting.get_mut(points.len()).and_then(Option::take) {
+            display.show(&next)?;
+            points.push(next);
+        }
     }
-    format!("{table}\n")
+    if points.len() == count { Ok(points) } else { Err(Failure::Computation("a sweep ended unexpectedly".into())) }
 }
 
-fn csv(points: &[Point]) -> String {
-    let mut text = String::from(
-        "alpha,cl,cd,cd_pressure,cd_friction,cm,cp_min,transition_upper,transition_lower,iterations,residual,seconds,status\n",
-    );
-    for point in points {
-        let number = |value: fn(&Solution) -> f64| point.reliable().map_or(String::new(), |s| value(s).to_string());
-        let values = [
-            number(|s| s.coefficients.cl),
-            number(|s| s.coefficients.cd),
-            number(|s| s.cd_pressure),
-            number(|s| s.cd_friction),
-            number(|s| s.coefficients.cm),
-            number(|s| s.coefficients.cp_min),
-            number(|s| s.coefficients.transition[0]),
-            number(|s| s.coefficients.transition[1]),
-        ];
-        let solving = match &point.flow {
-            Ok((s, seconds)) => format!("{},{:e},{seconds:.6}", s.iterations, s.residual),
-            Err(_) => ",,".into(),
-        };
-        let status = point.status().replace('"', "\"\"");
-        text.push_str(&format!("{},{},{solving},\"{status}\"\n", point.alpha, values.join(",")));
-    }
-    text
+/// The points as CSV. Those beyond the model have their numbers and say so; those without a flow have none.
+fn table(points: &[Point]) -> Result<String, Failure> {
+    const HEADER: [&str; 14] = [
+        "alpha",
+        "cl",
+        "cd",
+        "cd_pressure",
+        "cd_friction",
+        "cm",
+        "cp_min",
+        "transition_upper",
+        "transition_lower",
+        "iterations",
+        "residual",
+        "seconds",
+        "status",
+        "beyond_model",
+    ];
+    let rows = points.iter().map(|point| {
+        let solved = |of: fn(&Solution) -> f64| point.solved().map_or(String::new(), |s| of(s).to_string());
+        let found = |of: &dyn Fn(&(Solution, f64)) -> String| point.flow.as_ref().map_or(String::new(), of);
+        [
+            point.alpha.to_string(),
+            solved(|s| s.coefficients.cl),
+            solved(|s| s.coefficients.cd),
+            solved(|s| s.cd_pressure),
+            solved(|s| s.cd_friction),
+            solved(|s| s.coefficients.cm),
+            solved(|s| s.coefficients.cp_min),
+            solved(|s| s.coefficients.transition[0]),
+            solved(|s| s.coefficients.transition[1]),
+            found(&|(s, _)| s.iterations.to_string()),
+            found(&|(s, _)| format!("{:e}", s.residual)),
+            found(&|(_, seconds)| format!("{seconds:.6}")),
+            point.status(),
+            point.solution().is_some_and(|s| s.status.is_beyond_model()).to_string(),
+        ]
+    });
+    csv(&HEADER, rows)
 }

@@ -1,12 +1,11 @@
 //! `aeroform section`: builds a section, measures it and exports it.
 
+use super::export::{ExportArguments, export};
 use super::failure::Failure;
 use super::output::{print, print_json};
 use super::shape_arguments::ShapeArguments;
-use crate::cad;
-use crate::report::OutputDirectory;
-use crate::report::json::SectionReport;
-use crate::section::Section;
+use crate::report::json::{Dimension, SectionReport};
+use crate::report::{OutputDirectory, engineering};
 use std::path::Path;
 
 /// Arguments of `aeroform section`.
@@ -14,43 +13,31 @@ use std::path::Path;
 pub(super) struct SectionArguments {
     #[command(flatten)]
     shape: ShapeArguments,
-    /// Write the section to a file; the ending chooses the format: .dat (Selig), .svg, .step, .igs, .dxf or .csv
+    /// Write the section to a file; the ending chooses the format: .dat (Selig), .csv, .svg, .step, .igs or .dxf
     #[arg(long, value_name = "FILE")]
     out: Option<String>,
+    #[command(flatten)]
+    export: ExportArguments,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 pub(super) fn run(arguments: &SectionArguments) -> Result<(), Failure> {
     let definition = arguments.shape.definition()?;
     let section = definition.section().map_err(|error| arguments.shape.failure(&error))?;
     if let Some(path) = &arguments.out {
-        let text = export(&section, Path::new(path))?;
+        let text = export(&section, Path::new(path), &arguments.export)?;
         write_file(Path::new(path), text)?;
+    } else if !arguments.export.is_empty() {
+        return Err(Failure::Input(format!(
+            "{} says how a file is written; name it by --out",
+            arguments.export.first()
+        )));
     }
-    let report = SectionReport::new(&definition, &section);
+    let unit = arguments.export.unit.map(|unit| unit.symbol());
+    let report = SectionReport::new(&definition, &section, unit);
     if arguments.json { print_json(&report) } else { print(&as_text(&report)) }
-}
-
-fn export(section: &Section<f64>, path: &Path) -> Result<String, Failure> {
-    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let by_cad = |text: Result<String, cad::CadError>| text.map_err(|e| Failure::Computation(e.to_string()));
-    match ending.as_str() {
-        "dat" => Ok(section.selig()),
-        "csv" => {
-            let rows = section.points(401).into_iter().map(|[x, y]| format!("{x},{y}\n"));
-            Ok(std::iter::once("x,y\n".to_string()).chain(rows).collect())
-        }
-        "svg" => super::figures::section(section).map_err(|e| Failure::Computation(e.to_string())),
-        "step" | "stp" => by_cad(cad::step(section.curve(), section.name())),
-        "igs" | "iges" => by_cad(cad::iges(section.curve(), section.name())),
-        "dxf" => by_cad(cad::dxf(section.curve(), section.name())),
-        _ => Err(Failure::Input(format!(
-            "{}: unknown format; the ending must be .dat, .svg, .step, .igs, .dxf or .csv",
-            path.display()
-        ))),
-    }
 }
 
 /// Writes one file, whole or not at all.
@@ -63,11 +50,52 @@ fn write_file(path: &Path, text: String) -> Result<(), Failure> {
     directory.write_all([(name, text)]).map_err(|e| Failure::Computation(e.to_string()))
 }
 
+/// Digits of a measure in text.
+const DIGITS: usize = 7;
+
 fn as_text(report: &SectionReport) -> String {
-    let mut text = format!("{}, {} control points\n", report.name, report.control_points);
-    for ((name, value), (_, unit)) in report.measures.iter().zip(SectionReport::MEASURES) {
-        let number = value.map_or("none".into(), |v| format!("{v:.9}"));
-        text.push_str(&format!("  {name:20} {number:>14} {unit}\n"));
+    let in_chords = report.length_unit == "chord";
+    let mut text = format!("{}, {} control points", report.name, report.control_points);
+    if !in_chords {
+        text += &format!("; lengths in the {}", long_name(&report.length_unit));
+    }
+    text.push('\n');
+    let chord = report.measures.get("chord").copied().flatten().filter(|c| *c > 0.0);
+    for ((name, value), (_, dimension)) in report.measures.iter().zip(SectionReport::MEASURES) {
+        let Some(value) = *value else {
+            text += &format!("  {name:20} {:>14}\n", "none");
+            continue;
+        };
+        let of_chord = |power: i32| match chord.filter(|_| !in_chords && name != "chord") {
+            Some(chord) => format!("  ({} of the chord{})", engineering(value / chord.powi(power), 5), square(power)),
+            None => String::new(),
+        };
+        let unit = match dimension {
+            Dimension::Length if in_chords => "chord".into(),
+            Dimension::Area if in_chords => "chord²".into(),
+            Dimension::Length => format!("{}{}", short_name(&report.length_unit), of_chord(1)),
+            Dimension::Area => format!("{}²{}", short_name(&report.length_unit), of_chord(2)),
+            Dimension::Share => "of the chord".into(),
+            Dimension::Angle => "degrees".into(),
+        };
+        text += &format!("  {name:20} {:>14} {unit}\n", engineering(value, DIGITS));
+    }
+    if report.self_intersecting {
+        text += "  the section crosses itself\n";
     }
     text
+}
+
+fn square(power: i32) -> &'static str {
+    if power == 2 { "²" } else { "" }
+}
+
+/// The unit of a file as the head line names it.
+fn long_name(unit: &str) -> String {
+    if unit == "unit of the file" { unit.into() } else { format!("unit of the file, {unit}") }
+}
+
+/// The unit of a file behind a number.
+fn short_name(unit: &str) -> &str {
+    if unit == "unit of the file" { "units" } else { unit }
 }

@@ -1,9 +1,9 @@
 //! Arguments that name a section and say how its coordinates are taken.
 
 use super::failure::Failure;
+use super::message::note;
 use crate::section::{SectionDefinition, SectionError};
 use std::borrow::Cow;
-use std::io::Write;
 use std::path::Path;
 
 /// A section on the command line.
@@ -30,8 +30,7 @@ impl ShapeArguments {
     pub fn definition(&self) -> Result<SectionDefinition, Failure> {
         let definition = self.read().map_err(|error| self.failure(&error))?;
         for repair in definition.repairs() {
-            // a message that cannot be written is no reason to stop
-            let _ = writeln!(std::io::stderr(), "aeroform: {}: {repair}", self.shape);
+            note(format_args!("{}: {repair}", self.shape));
         }
         Ok(definition)
     }

@@ -10,7 +10,7 @@ use super::quantity::{Instruments, Quantity, finite};
 use super::shape::Shape;
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
-use crate::flow::Solution;
+use crate::flow::{FlowSection, Solution};
 use crate::scalar::Scalar;
 use crate::section::{Measure, Section};
 use nalgebra::DMatrix;
@@ -194,6 +194,14 @@ impl DesignProblem {
         self.quantities.iter().map(|q| self.instruments.value(q, &shape)).collect()
     }
 
+    /// Every quantity on its own at given variables (their own units): `None` for one that has no value there, such as
+    /// those of a flow that cannot be solved.
+    pub fn values_at(&self, values: &[f64]) -> Vec<Option<f64>> {
+        let shape = self.geometry.shape(values).ok();
+        let value = |q: &Quantity| shape.as_ref().and_then(|shape| self.instruments.value(q, shape).ok());
+        self.quantities.iter().map(value).collect()
+    }
+
     /// Whether everything but the flow has a value at the start, and a derivative where an optimiser needs it.
     pub(crate) fn measures_at_start(&self) -> Result<(), DesignError> {
         let shape = self.geometry.shape(&self.start_values())?;
@@ -265,6 +273,15 @@ impl DesignProblem {
         let flow = self.instruments.flow.as_ref()?;
         let nodes = flow.nodes(shape.section.curve().control_points());
         Some(ShapeFlows { nodes, solutions: flow.solutions(shape) })
+    }
+
+    /// The section of a shape, prepared for the flow solver of the problem to be analysed at any operating point; `None`
+    /// without flow.
+    ///
+    /// # Errors
+    /// A shape that the solver cannot take.
+    pub fn prepared_flow(&self, shape: &Shape) -> Option<Result<Box<dyn FlowSection>, DesignError>> {
+        Some(self.instruments.flow.as_ref()?.prepared(shape))
     }
 
     /// Number of flows so far and the time they took.

@@ -226,6 +226,12 @@ impl FlowAnalysis {
         self.flows(self.nodes(shape.section.curve().control_points())).solutions.clone()
     }
 
+    /// The section of a shape, prepared for the solver of the problem.
+    pub fn prepared(&self, shape: &Shape<f64>) -> Result<Box<dyn FlowSection>, DesignError> {
+        let nodes = self.nodes(shape.section.curve().control_points());
+        Ok(self.solver.section(&nodes, self.edge)?)
+    }
+
     /// The flows about the section through `nodes`, from memory where they are those of the latest call.
     fn flows(&self, nodes: Vec<[f64; 2]>) -> Arc<Flows> {
         let known = self.latest().clone().filter(|f| f.nodes == nodes);

@@ -163,6 +163,9 @@ fn problems_of_hock_and_schittkowski() {
         30,
     );
     assert!(outcome.message.contains("c0 at its minimum 25"), "{}", outcome.message);
+    // the first variable stands at its lower bound; its multiplier as other interior-point and SQP codes find it
+    assert_relative_eq!(outcome.bound_multipliers[..], [1.087_871_2, 0.0, 0.0, 0.0], epsilon = 1e-5);
+    assert!(outcome.message.contains("the bound of the variable x0"), "{}", outcome.message);
     solves(
         Constrained::new(
             Hs100,

@@ -6,7 +6,7 @@ use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector};
 
 /// Distance from a bound, in scaled variables (to first order for constraints), within which it counts as reached.
-const REACHED: f64 = 1e-4;
+pub(crate) const REACHED: f64 = 1e-4;
 /// Singular values below this share of the largest count as zero.
 const RANK: f64 = 1e-12;
 
@@ -16,10 +16,20 @@ pub(super) struct Optimality {
     /// One for each constraint: the derivative of the optimal objective with respect to the bound that is reached.
     /// Positive at a lower bound, negative at an upper one, of any sign for an equality, 0 elsewhere.
     pub multipliers: Vec<f64>,
+    /// One for each variable: the derivative of the optimal objective with respect to the bound that holds it, 0 where
+    /// none does.
+    pub bound_multipliers: Vec<f64>,
     /// Largest entry of the projected gradient of the Lagrangian, or of multiplier times distance from its bound.
     pub residual: f64,
     /// Euclidean norm of the projected gradient of the Lagrangian.
     pub norm: f64,
+}
+
+impl Optimality {
+    /// What is said of a point that has no evaluation.
+    pub fn unknown() -> Self {
+        Self { multipliers: Vec::new(), bound_multipliers: Vec::new(), residual: f64::NAN, norm: f64::NAN }
+    }
 }
 
 /// A point that a method has reached, with its evaluation and how far it is from a constrained minimum.
@@ -111,7 +121,19 @@ pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluati
         .filter(|(_, m)| **m != 0.0)
         .map(|((value, b), m)| m.abs() * if *m > 0.0 { (value - b.lower).abs() } else { (b.upper - value).abs() });
     let residual = slack.fold(largest, f64::max);
-    Optimality { multipliers, residual, norm: squares.sqrt() }
+    let bound_multipliers = x.iter().zip(&gradient).zip(bounds).map(|((x, g), b)| held_by(*x, *g, b)).collect();
+    Optimality { multipliers, bound_multipliers, residual, norm: squares.sqrt() }
+}
+
+/// The part of a Lagrangian's derivative that the bound of a variable takes up; 0 where no bound does.
+fn held_by(x: f64, slope: f64, bounds: &Bounds) -> f64 {
+    let held = match reached(x, bounds, 1.0) {
+        Some(ActiveBound::Lower) => slope > 0.0,
+        Some(ActiveBound::Upper) => slope < 0.0,
+        Some(ActiveBound::Equal) => true,
+        None => false,
+    };
+    if held { slope } else { 0.0 }
 }
 
 /// The gradients of everything reached at `x`, pointing into the feasible region; the first list tells which constraint

@@ -159,7 +159,7 @@ impl<'a> Ledger<'a> {
                 optimality(self.problem, &x, evaluation),
                 evaluation.violation(&self.problem.description().constraint_bounds),
             ),
-            None => (Optimality { multipliers: Vec::new(), residual: f64::NAN, norm: f64::NAN }, f64::NAN),
+            None => (Optimality::unknown(), f64::NAN),
         };
         Outcome {
             status,
@@ -173,6 +173,7 @@ impl<'a> Ledger<'a> {
             kkt_residual: optimality.residual,
             gradient_norm: optimality.norm,
             multipliers: optimality.multipliers,
+            bound_multipliers: optimality.bound_multipliers,
             violation,
             seconds: self.begun.elapsed().as_secs_f64(),
         }
@@ -230,8 +231,9 @@ impl Ledger<'_> {
         let result = result.map_err(|failure| self.failed(failure));
         self.last_failed = result.is_err();
         let step = self.best.as_ref().map_or(0.0, |(best, _)| distance(best, x));
+        let improved = result.as_ref().is_ok_and(|evaluation| self.improves(evaluation));
         if let Ok(evaluation) = &result
-            && self.improves(evaluation)
+            && improved
         {
             self.best = Some((x.to_vec(), evaluation.clone()));
         }
@@ -253,6 +255,8 @@ impl Ledger<'_> {
             step,
             seconds: self.begun.elapsed().as_secs_f64(),
             evaluation_limit: self.limits.evaluations,
+            sampling: !wanted,
+            improved,
         };
         if (self.observer)(&progress).is_break() {
             self.halt = Some(Halt::Observer);

@@ -81,6 +81,10 @@ pub struct Outcome {
     /// positive at a lower bound, negative at an upper one, 0 where none is reached. They are those that fit the
     /// gradients at `x` best, from the point alone. Empty where there is no evaluation.
     pub multipliers: Vec<f64>,
+    /// For each variable the derivative of the optimal objective with respect to the bound that holds it, in scaled
+    /// variables: positive at a lower bound, negative at an upper one, 0 where no bound holds the variable. Empty where
+    /// there is no evaluation.
+    pub bound_multipliers: Vec<f64>,
     /// Largest violation of a constraint at `x`; 0 without constraints, NaN where there is no evaluation.
     pub violation: f64,
     /// Wall-clock time of the run in seconds.
@@ -110,6 +114,11 @@ pub struct Progress<'a> {
     pub seconds: f64,
     /// The most evaluations the run may take.
     pub evaluation_limit: usize,
+    /// Whether the evaluation samples the neighbourhood of the current design for its curvature and is no trial step;
+    /// such an evaluation has no `gradient_norm`.
+    pub sampling: bool,
+    /// Whether this is the best design so far.
+    pub improved: bool,
 }
 
 /// A problem or a setting that a method cannot take.

@@ -1,10 +1,11 @@
 //! The end of a run in words: which constraints hold the design, which cannot be met.
 
+use super::engineering::engineering;
 use super::kkt::{ActiveBound, Iterate, opposition, reached};
 use super::ledger::Ledger;
 use super::outcome::Termination;
 use super::vector::norm;
-use crate::design::Problem;
+use crate::design::{Bounds, Problem};
 
 /// Names listed at most.
 const MOST: usize = 6;
@@ -48,31 +49,65 @@ pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     message
 }
 
-/// The constraints that hold the design, strongest first, with what they cost.
+/// What holds the design: the constraints, strongest first, with what they cost, and the bounds of variables.
 fn holding(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let bounds = &ledger.description().constraint_bounds;
     let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);
     let mut held: Vec<usize> = (0..bounds.len()).filter(|&k| point.optimality.multipliers[k] != 0.0).collect();
     held.sort_by(|a, b| pull(b).total_cmp(&pull(a)));
-    let words: Vec<String> = held
-        .iter()
-        .take(MOST)
-        .map(|&k| {
-            let row = &point.evaluation.jacobian[k];
-            let place = match reached(point.evaluation.constraints[k], &bounds[k], norm(row)) {
-                Some(ActiveBound::Lower) => format!("its minimum {}", bounds[k].lower),
-                Some(ActiveBound::Upper) => format!("its maximum {}", bounds[k].upper),
-                _ => format!("its value {}", bounds[k].lower),
-            };
-            let name = &ledger.description().constraint_names[k];
-            format!("{name} at {place} (objective {:+.2e} per unit of it)", point.optimality.multipliers[k])
-        })
-        .collect();
-    if words.is_empty() {
-        return if bounds.is_empty() { String::new() } else { " No constraint holds the design.".into() };
+    let mut words: Vec<String> = Vec::new();
+    let mut families: Vec<(String, usize)> = Vec::new();
+    for k in held {
+        let place = place(point.evaluation.constraints[k], &bounds[k], norm(&point.evaluation.jacobian[k]));
+        let name = &ledger.description().constraint_names[k];
+        if let Some((family, _)) = name.split_once('[') {
+            let member = format!("{family} at {place}");
+            match families.iter_mut().find(|(known, _)| *known == member) {
+                Some((_, count)) => *count += 1,
+                None => families.push((member, 1)),
+            }
+            continue;
+        }
+        let cost = engineering(point.optimality.multipliers[k], 3);
+        words.push(format!("{name} at {place} (objective {cost} per unit of it)"));
     }
-    let more = if held.len() > MOST { format!(" and {} more", held.len() - MOST) } else { String::new() };
-    format!(" The design is held by {}{more}.", words.join(", "))
+    words.extend(families.into_iter().map(|(member, count)| match count {
+        1 => format!("{member} in one place"),
+        _ => format!("{member} in {count} places"),
+    }));
+    let more = words.len().saturating_sub(MOST);
+    words.truncate(MOST);
+    if more > 0 {
+        words.push(format!("{more} more"));
+    }
+    words.extend(held_variables(ledger, point));
+    match &words[..] {
+        [] if bounds.is_empty() => String::new(),
+        [] => " Neither a constraint nor a bound of a variable holds the design.".into(),
+        _ => format!(" The design is held by {}.", words.join(", ")),
+    }
+}
+
+/// The side of its bounds on which a constraint stands.
+fn place(value: f64, bounds: &Bounds, slope: f64) -> String {
+    match reached(value, bounds, slope) {
+        Some(ActiveBound::Lower) => format!("its minimum {}", engineering(bounds.lower, 5)),
+        Some(ActiveBound::Upper) => format!("its maximum {}", engineering(bounds.upper, 5)),
+        _ => format!("its value {}", engineering(bounds.lower, 5)),
+    }
+}
+
+/// The variables that stand at bounds which hold the design.
+fn held_variables(ledger: &Ledger<'_>, point: &Iterate) -> Option<String> {
+    let names = ledger.description().variable_names.iter().zip(&point.optimality.bound_multipliers);
+    let held: Vec<&str> = names.filter(|(_, multiplier)| **multiplier != 0.0).map(|(name, _)| name.as_str()).collect();
+    let listed = held[..held.len().min(MOST)].join(", ");
+    match held.len() {
+        0 => None,
+        1 => Some(format!("the bound of the variable {listed}")),
+        count if count > MOST => Some(format!("the bounds of {count} variables ({listed}, …)")),
+        count => Some(format!("the bounds of {count} variables ({listed})")),
+    }
 }
 
 /// The iterations are used up; `point` is handed out.
@@ -116,13 +151,13 @@ fn contradiction(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> String
         .map(|k| {
             let value = point.evaluation.constraints[k];
             let place = if bounds[k].lower == bounds[k].upper {
-                format!("the value {}", bounds[k].lower)
+                format!("the value {}", engineering(bounds[k].lower, 5))
             } else if value < bounds[k].lower {
-                format!("the minimum {}", bounds[k].lower)
+                format!("the minimum {}", engineering(bounds[k].lower, 5))
             } else {
-                format!("the maximum {}", bounds[k].upper)
+                format!("the maximum {}", engineering(bounds[k].upper, 5))
             };
-            format!("{} is {value:.6e}, {:.1e} off {place}", names[k], bounds[k].violation(value))
+            format!("{} is {}, {:.1e} off {place}", names[k], engineering(value, 6), bounds[k].violation(value))
         })
         .collect();
     let (against, by_bounds) = opposition(ledger, &point.x, &point.evaluation, tolerance);

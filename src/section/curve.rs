@@ -4,7 +4,6 @@ use super::SectionError;
 use crate::plane::distance;
 use crate::scalar::Scalar;
 use crate::spline::BSplineCurve;
-use std::fmt::Write;
 use std::sync::Arc;
 
 /// Whether the two surfaces meet at the trailing edge. A property of the build, never found by a tolerance.
@@ -143,20 +142,6 @@ impl<S: Scalar> Section<S> {
     /// `n` points of the curve at [`parameters`](Self::parameters), in Selig order.
     pub fn points(&self, n: usize) -> Vec<[S; 2]> {
         self.parameters(n).into_iter().map(|u| self.curve.point_at(u)).collect()
-    }
-
-    /// A coordinate file in Selig's format: the name, then a line `x y` for each knot of the curve, which for an
-    /// interpolated section are its data points.
-    ///
-    /// Numbers are the shortest that read back to the same bits.
-    pub fn selig(&self) -> String {
-        let spans = self.curve.knots().spans().count();
-        let mut text = format!("{}\n", self.name);
-        for [x, y] in self.points(spans + 1) {
-            // writing to a string cannot fail
-            let _ = writeln!(text, "{} {}", x.re(), y.re());
-        }
-        text
     }
 }
 

@@ -15,6 +15,7 @@ mod kulfan;
 mod measures;
 mod naca;
 mod naca5;
+mod selig;
 mod stations;
 
 pub use coordinates::{Coordinates, Deviation, Repair};
@@ -25,3 +26,4 @@ pub use kulfan::{Kulfan, KulfanFit, fit_kulfan};
 pub use measures::{ChordFrame, Crossing, Measure, SecondMoments};
 pub use naca::Naca4;
 pub use naca5::Naca5;
+pub use selig::{Digits, SeligFormat};

@@ -24,11 +24,13 @@ pub fn json(output: &Output) -> serde_json::Value {
         .unwrap_or_else(|e| panic!("{e}: {}{}", text(&output.stdout), text(&output.stderr)))
 }
 
-/// Exit status 2, the words on standard error, nothing on standard output, no panic.
+/// Exit status 2, the words on standard error, no result on standard output, no panic.
 pub fn refused(output: &Output, words: &[&str]) {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(output.stdout.is_empty());
+    // with --json the reason stands there
+    let reason = serde_json::from_slice::<serde_json::Value>(&output.stdout).ok();
+    assert!(output.stdout.is_empty() || reason.is_some_and(|r| r["failed"].is_string()), "{}", text(&output.stdout));
     assert!(!message.contains("panicked"), "{message}");
     for word in words {
         assert!(message.contains(word), "{message} lacks {word}");

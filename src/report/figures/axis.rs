@@ -37,8 +37,22 @@ impl PlotAxis {
         share.is_finite().then_some(share)
     }
 
+    /// An axis from `low` to `high`, neither of them logarithms.
+    pub(super) fn between(low: f64, high: f64, logarithmic: bool, label: &str, ticks: f64) -> Self {
+        let scaled = |v: f64| if logarithmic { v.log10() } else { v };
+        let (low, high) = (scaled(low), scaled(high));
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Self::around(std::iter::empty(), logarithmic, label, ticks);
+        }
+        let step = if logarithmic { decade_step(high - low, ticks) } else { nice_step(high - low, ticks) };
+        Self { low, high, logarithmic, label: label.to_owned(), step }
+    }
+
     /// Labelled ticks: share of the axis and label.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+        if self.logarithmic && self.high - self.low < FEW_DECADES {
+            return self.ticks_of_a_short_axis();
+        }
         let first = (self.low / self.step - 1e-9).ceil();
         let count = ((self.high / self.step + 1e-9).floor() - first).clamp(-1.0, 99.0) as i32;
         let value = |k: i32| (first + f64::from(k)) * self.step;
@@ -58,6 +72,20 @@ impl PlotAxis {
             .map(|v| if v.abs() < 1e-9 * self.step { 0.0 } else { v })
             .map(|v| (share(v), label(v)))
             .collect()
+    }
+
+    /// Ticks of a logarithmic axis of few decades, of which no more than one or two powers of ten could be labelled:
+    /// 1, 2 and 5 times each.
+    fn ticks_of_a_short_axis(&self) -> Vec<(f64, String)> {
+        let decades = self.low.floor() as i32..=self.high.ceil() as i32;
+        let exponents = decades.flat_map(|d| [1.0_f64, 2.0, 5.0].map(|m| (f64::from(d), m)));
+        let tick = |(d, m): (f64, f64)| ((d + m.log10() - self.low) / (self.high - self.low), d, m);
+        let inside = exponents.map(tick).filter(|(share, ..)| (-1e-9..=1.0 + 1e-9).contains(share));
+        let label = |d: f64, m: f64| match m {
+            1.0 => power_of_ten(d),
+            _ => format!("{m:.0}·{}", power_of_ten(d)),
+        };
+        inside.map(|(share, d, m)| (share, label(d, m))).collect()
     }
 
     /// Ticks between the labelled ones of a short logarithmic axis.
@@ -93,6 +121,9 @@ fn decade_step(span: f64, ticks: f64) -> f64 {
     if span > ticks { nice_step(span, ticks).max(1.0).round() } else { 1.0 }
 }
 
+/// Decades below which a logarithmic axis labels more than powers of ten.
+const FEW_DECADES: f64 = 2.2;
+
 fn power_of_ten(exponent: f64) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = format!("{exponent:.0}");
@@ -113,6 +144,10 @@ mod tests {
         assert_eq!(labels(&axis), ["\u{2212}1.5", "\u{2212}1.0", "\u{2212}0.5", "0.0", "0.5"]);
         let axis = PlotAxis::around([4e-7, 1e-2].into_iter(), true, "f", 6.0);
         assert_eq!(labels(&axis), ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²"]);
+        let axis = PlotAxis::around([4e-3, 3e-2].into_iter(), true, "f", 6.0);
+        assert_eq!(labels(&axis), ["5·10⁻³", "10⁻²", "2·10⁻²"]);
+        let axis = PlotAxis::between(0.0, 4.0, false, "x", 4.0);
+        assert_eq!(labels(&axis), ["0", "1", "2", "3", "4"]);
         let axis = PlotAxis::around([0.0, 3e6].into_iter(), false, "Re", 3.0);
         assert_eq!(labels(&axis), ["0", "1e6", "2e6", "3e6"]);
         for values in [[0.0, 0.0], [5.0, 5.0], [-1e300, 1e300], [1e-300, 2e-300], [f64::NAN, f64::INFINITY]] {

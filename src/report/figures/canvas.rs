@@ -1,21 +1,12 @@
-//! Drawing in fractions of a pixel: headings, plots in a frame.
+//! The SVG that figures are made of: lines, dots and texts on a canvas, headings, plots in a frame.
 
 use super::axis::PlotAxis;
-use super::{FigureError, Stroke};
-use plotters::backend::SVGBackend;
-use plotters::coord::Shift;
-use plotters::drawing::{DrawingArea, IntoDrawingArea};
-use plotters::element::{Circle, PathElement, Text};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color as _, FontTransform, IntoFont, RGBColor, ShapeStyle, WHITE};
+use super::{Color, Stroke};
+use maud::html;
 
-/// The backend rounds to whole pixels, so pixels are made this much smaller than they look.
-const FINENESS: f64 = 10.0;
-/// The backend divides font sizes by this.
-const FONT_CORRECTION: f64 = 1.24;
-
-const INK: RGBColor = RGBColor(40, 40, 40);
-const GRID: RGBColor = RGBColor(226, 226, 226);
+const INK: Color = Color(40, 40, 40);
+const GRID: Color = Color(226, 226, 226);
+const FRAME: Stroke = Stroke { color: Color(150, 150, 150), width: 1.0, dashed: false };
 pub(super) const TITLE_SIZE: f64 = 17.0;
 pub(super) const LABEL_SIZE: f64 = 14.0;
 pub(super) const TICK_SIZE: f64 = 12.5;
@@ -42,72 +33,85 @@ pub(super) struct PlotFrame {
     pub(super) bottom: f64,
 }
 
-/// A drawing in pixels of ordinary size.
-pub(super) struct Canvas<'a, 'b>(&'b DrawingArea<SVGBackend<'a>, Shift>);
+/// A picture in pixels, whose elements are written one below the other.
+pub(super) struct Canvas {
+    width: f64,
+    elements: String,
+}
 
 /// Draws a picture of `width` × `height` pixels and returns the SVG text.
-pub(super) fn render(
-    width: f64,
-    height: f64,
-    draw: impl FnOnce(&Canvas<'_, '_>) -> Result<(), FigureError>,
-) -> Result<String, FigureError> {
-    let fine = |v: f64| (v * FINENESS).round() as u32;
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, (fine(width), fine(height))).into_drawing_area();
-        area.fill(&WHITE).map_err(FigureError::drawing)?;
-        draw(&Canvas(&area))?;
-        area.present().map_err(FigureError::drawing)?;
+pub(super) fn render(width: f64, height: f64, draw: impl FnOnce(&mut Canvas)) -> String {
+    let mut canvas = Canvas { width, elements: String::new() };
+    draw(&mut canvas);
+    let (width, height) = (width.round(), height.round());
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\">\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
+        canvas.elements
+    )
+}
+
+/// A coordinate in hundredths of a pixel, the finest that is seen.
+fn pixels(value: f64) -> String {
+    let rounded = (100.0 * value.clamp(-1e6, 1e6)).round() / 100.0;
+    (rounded + 0.0).to_string()
+}
+
+impl Canvas {
+    fn add(&mut self, element: maud::Markup) {
+        self.elements.push_str(&element.0);
+        self.elements.push('\n');
     }
-    // the viewBox stays as fine as it was drawn
-    let drawn = format!("width=\"{}\" height=\"{}\"", fine(width), fine(height));
-    Ok(text.replacen(&drawn, &format!("width=\"{}\" height=\"{}\"", width.round(), height.round()), 1))
-}
 
-fn fine(point: [f64; 2]) -> (i32, i32) {
-    // a cast saturates, so no point can overflow
-    ((point[0] * FINENESS).round() as i32, (point[1] * FINENESS).round() as i32)
-}
-
-impl Canvas<'_, '_> {
-    /// An open polyline.
-    pub(super) fn line(&self, points: &[[f64; 2]], stroke: Stroke) -> Result<(), FigureError> {
-        let width = (stroke.width * FINENESS).round().max(1.0) as u32;
-        let style = ShapeStyle { color: stroke.color.rgb().to_rgba(), filled: false, stroke_width: width };
-        let pieces = if stroke.dashed { dashes(points, 9.0, 5.0) } else { vec![points.to_vec()] };
-        for piece in pieces.iter().filter(|piece| piece.len() > 1) {
-            let path: Vec<_> = piece.iter().copied().map(fine).collect();
-            self.0.draw(&PathElement::new(path, style)).map_err(FigureError::drawing)?;
+    /// An open polyline; fewer than two points draw nothing.
+    pub(super) fn line(&mut self, points: &[[f64; 2]], stroke: Stroke) {
+        if points.len() < 2 {
+            return;
         }
-        Ok(())
+        let path: Vec<String> = points.iter().map(|p| format!("{},{}", pixels(p[0]), pixels(p[1]))).collect();
+        let dashes = stroke.dashed.then_some("9 5");
+        self.add(html! {
+            polyline fill="none" stroke=(stroke.color.hex()) stroke-width=(stroke.width) stroke-dasharray=[dashes]
+                stroke-linejoin="round" points=(path.join(" ")) {}
+        });
     }
 
     /// A filled dot with a thin white rim, so that dots on lines stay apart.
-    pub(super) fn dot(&self, point: [f64; 2], radius: f64, color: RGBColor) -> Result<(), FigureError> {
-        let disc = |radius: f64, color: RGBColor| Circle::new(fine(point), radius * FINENESS, color.filled());
-        self.0.draw(&disc(radius + 0.6, WHITE)).map_err(FigureError::drawing)?;
-        self.0.draw(&disc(radius, color)).map_err(FigureError::drawing)
+    pub(super) fn dot(&mut self, point: [f64; 2], radius: f64, color: Color) {
+        let [x, y] = point.map(pixels);
+        self.add(html! { circle cx=(x) cy=(y) r=(radius) fill=(color.hex()) stroke="#ffffff" stroke-width="0.6" {} });
     }
 
-    pub(super) fn text(&self, point: [f64; 2], text: &str, size: f64, anchor: Anchor) -> Result<(), FigureError> {
-        let font = ("sans-serif", size * FINENESS * FONT_CORRECTION).into_font();
-        let (horizontal, turn) = match anchor {
-            Anchor::Centre => (HPos::Center, FontTransform::None),
-            Anchor::Left => (HPos::Left, FontTransform::None),
-            Anchor::Right => (HPos::Right, FontTransform::None),
-            Anchor::Upright => (HPos::Center, FontTransform::Rotate270),
+    /// A small triangle at the edge of a frame that points to something beyond it: above it for a `side` of 1, below it
+    /// for −1.
+    fn pointer(&mut self, at: [f64; 2], side: f64, color: Color) {
+        let corners = [[-3.5, 7.0], [0.0, 1.0], [3.5, 7.0]].map(|[x, y]| {
+            let (x, y) = (pixels(at[0] + x), pixels(at[1] + side * y));
+            format!("{x},{y}")
+        });
+        self.add(html! { polygon fill=(color.hex()) points=(corners.join(" ")) {} });
+    }
+
+    pub(super) fn text(&mut self, point: [f64; 2], text: &str, size: f64, anchor: Anchor) {
+        let [x, y] = point.map(pixels);
+        let (place, turn) = match anchor {
+            Anchor::Centre => ("middle", None),
+            Anchor::Left => ("start", None),
+            Anchor::Right => ("end", None),
+            Anchor::Upright => ("middle", Some(format!("rotate(-90 {x} {y})"))),
         };
-        let style = font.transform(turn).color(&INK).pos(Pos::new(horizontal, VPos::Center));
-        self.0.draw(&Text::new(text.to_owned(), fine(point), style)).map_err(FigureError::drawing)
+        self.add(html! {
+            text x=(x) y=(y) dy="0.36em" font-size=(size) fill=(INK.hex()) text-anchor=(place) transform=[turn] { (text) }
+        });
     }
 
     /// Title and legend above a frame, starting at `top`.
-    pub(super) fn heading(&self, title: &str, legend: &Legend, frame: PlotFrame, top: f64) -> Result<(), FigureError> {
+    pub(super) fn heading(&mut self, title: &str, legend: &Legend, frame: PlotFrame, top: f64) {
         let middle = 0.5 * (frame.left + frame.right);
         if !title.is_empty() {
-            let width = f64::from(self.0.dim_in_pixel().0) / FINENESS;
-            let size = title_size(title, 2.0 * middle.min(width - middle));
-            self.text([middle, top + 18.0], title, size, Anchor::Centre)?;
+            let size = title_size(title, 2.0 * middle.min(self.width - middle));
+            self.text([middle, top + 18.0], title, size, Anchor::Centre);
         }
         for (row, y) in legend.rows.iter().zip(0..) {
             let y = top + title_height(title) + LEGEND_ROW * (f64::from(y) + 0.5);
@@ -116,18 +120,17 @@ impl Canvas<'_, '_> {
             for entry in row {
                 let (left, right) = ([x, y], [x + SAMPLE, y]);
                 match entry.sample {
-                    LegendSample::Line(stroke) => self.line(&[left, right], stroke)?,
-                    LegendSample::Dot(color) => self.dot([x + 0.5 * SAMPLE, y], 3.5, color)?,
+                    LegendSample::Line(stroke) => self.line(&[left, right], stroke),
+                    LegendSample::Dot(color) => self.dot([x + 0.5 * SAMPLE, y], 3.5, color),
                     LegendSample::Dotted(stroke) => {
-                        self.line(&[left, right], stroke)?;
-                        self.dot([x + 0.5 * SAMPLE, y], 3.0, stroke.color.rgb())?;
+                        self.line(&[left, right], stroke);
+                        self.dot([x + 0.5 * SAMPLE, y], 3.0, stroke.color);
                     }
                 }
-                self.text([x + SAMPLE + 7.0, y], &entry.label, LEGEND_SIZE, Anchor::Left)?;
+                self.text([x + SAMPLE + 7.0, y], &entry.label, LEGEND_SIZE, Anchor::Left);
                 x += entry.width();
             }
         }
-        Ok(())
     }
 }
 
@@ -160,7 +163,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
 #[derive(Clone, Copy)]
 pub(super) enum LegendSample {
     Line(Stroke),
-    Dot(RGBColor),
+    Dot(Color),
     Dotted(Stroke),
 }
 
@@ -200,38 +203,6 @@ impl Legend {
     }
 }
 
-/// Cuts a polyline into dashes of `on` pixels with gaps of `off` pixels.
-fn dashes(points: &[[f64; 2]], on: f64, off: f64) -> Vec<Vec<[f64; 2]>> {
-    let mut pieces = Vec::new();
-    let Some(&first) = points.first() else { return pieces };
-    let (mut dash, mut drawing, mut left) = (vec![first], true, on);
-    for ends in points.windows(2) {
-        let [a, b] = [ends[0], ends[1]];
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        let mut done = 0.0;
-        while length - done > left {
-            done += left;
-            let share = done / length;
-            let point = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
-            if drawing {
-                dash.push(point);
-                pieces.push(std::mem::take(&mut dash));
-                left = off;
-            } else {
-                dash = vec![point];
-                left = on;
-            }
-            drawing = !drawing;
-        }
-        left -= length - done;
-        if drawing {
-            dash.push(b);
-        }
-    }
-    pieces.push(dash);
-    pieces
-}
-
 /// Two axes in a frame.
 pub(super) struct Plot<'p> {
     pub(super) frame: PlotFrame,
@@ -251,60 +222,55 @@ impl Plot<'_> {
     }
 
     /// Grid, frame, ticks and labels.
-    pub(super) fn axes(&self, canvas: &Canvas<'_, '_>) -> Result<(), FigureError> {
+    pub(super) fn axes(&self, canvas: &mut Canvas) {
         let PlotFrame { left, right, top, bottom } = self.frame;
         let horizontal = |share: f64| left + share * (right - left);
         let vertical = |share: f64| bottom + (if self.inverted { 1.0 - share } else { share }) * (top - bottom);
-        let thin = |width: f64| Stroke { color: super::Color(GRID.0, GRID.1, GRID.2), width, dashed: false };
+        let thin = |width: f64| Stroke { color: GRID, width, dashed: false };
         for share in self.x.minor() {
-            canvas.line(&[[horizontal(share), bottom], [horizontal(share), top]], thin(0.5))?;
+            canvas.line(&[[horizontal(share), bottom], [horizontal(share), top]], thin(0.5));
         }
         for share in self.y.minor() {
-            canvas.line(&[[left, vertical(share)], [right, vertical(share)]], thin(0.5))?;
+            canvas.line(&[[left, vertical(share)], [right, vertical(share)]], thin(0.5));
         }
         let mut widest: f64 = 0.0;
         for (share, label) in self.x.ticks() {
             let x = horizontal(share);
-            canvas.line(&[[x, bottom], [x, top]], thin(1.0))?;
-            canvas.text([x, bottom + 13.0], &label, TICK_SIZE, Anchor::Centre)?;
+            canvas.line(&[[x, bottom], [x, top]], thin(1.0));
+            canvas.text([x, bottom + 13.0], &label, TICK_SIZE, Anchor::Centre);
         }
         for (share, label) in self.y.ticks() {
             let y = vertical(share);
-            canvas.line(&[[left, y], [right, y]], thin(1.0))?;
-            canvas.text([left - 7.0, y], &label, TICK_SIZE, Anchor::Right)?;
+            canvas.line(&[[left, y], [right, y]], thin(1.0));
+            canvas.text([left - 7.0, y], &label, TICK_SIZE, Anchor::Right);
             widest = widest.max(text_width(&label, TICK_SIZE));
         }
-        let corners = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
-        canvas.line(&corners, Stroke { color: super::Color(150, 150, 150), width: 1.0, dashed: false })?;
-        canvas.text([0.5 * (left + right), bottom + 36.0], &self.x.label, LABEL_SIZE, Anchor::Centre)?;
-        let margin = left - widest - 24.0;
-        canvas.text([margin.max(10.0), 0.5 * (top + bottom)], &self.y.label, LABEL_SIZE, Anchor::Upright)
+        canvas.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], FRAME);
+        canvas.text([0.5 * (left + right), bottom + 36.0], &self.x.label, LABEL_SIZE, Anchor::Centre);
+        canvas.text([left - widest - 24.0, 0.5 * (top + bottom)], &self.y.label, LABEL_SIZE, Anchor::Upright);
     }
 
-    /// A curve; where a point cannot be shown there is a gap.
-    pub(super) fn curve(
-        &self,
-        canvas: &Canvas<'_, '_>,
-        points: &[[f64; 2]],
-        stroke: Stroke,
-    ) -> Result<(), FigureError> {
-        let pixels: Vec<_> = points.iter().map(|&p| self.pixel(p)).collect();
+    /// A curve; where a point cannot be shown there is a gap, and beyond the frame the curve follows its edge.
+    pub(super) fn curve(&self, canvas: &mut Canvas, points: &[[f64; 2]], stroke: Stroke) {
+        let inside = |[x, y]: [f64; 2]| [x, y.clamp(self.frame.top, self.frame.bottom)];
+        let pixels: Vec<_> = points.iter().map(|&p| self.pixel(p).map(inside)).collect();
         for run in pixels.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
-            canvas.line(&run, stroke)?;
+            canvas.line(&run, stroke);
         }
-        Ok(())
     }
 
-    /// A dot at each point that can be shown.
-    pub(super) fn dots(
-        &self,
-        canvas: &Canvas<'_, '_>,
-        points: &[[f64; 2]],
-        radius: f64,
-        color: RGBColor,
-    ) -> Result<(), FigureError> {
-        points.iter().filter_map(|&p| self.pixel(p)).try_for_each(|p| canvas.dot(p, radius, color))
+    /// A dot at each point that can be shown; a triangle at the edge for one that lies above or below the frame.
+    pub(super) fn dots(&self, canvas: &mut Canvas, points: &[[f64; 2]], radius: f64, color: Color) {
+        for [x, y] in points.iter().filter_map(|&p| self.pixel(p)) {
+            if y < self.frame.top - 1.0 {
+                canvas.pointer([x, self.frame.top], 1.0, color);
+            } else if y > self.frame.bottom + 1.0 {
+                canvas.pointer([x, self.frame.bottom], -1.0, color);
+            } else {
+                canvas.dot([x, y], radius, color);
+            }
+        }
     }
 }
 
@@ -317,7 +283,6 @@ pub(super) fn left_margin(y: &PlotAxis) -> f64 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use approx::assert_relative_eq;
 
     #[test]
     fn long_titles_are_smaller() {
@@ -327,7 +292,7 @@ pub(super) mod tests {
         assert!(size < TITLE_SIZE && text_width(long, size) < 500.0);
     }
 
-    /// The polylines of a colour, in the fine pixels of the file.
+    /// The polylines of a colour.
     pub(in super::super) fn polylines(svg: &str, color: &str) -> Vec<Vec<[f64; 2]>> {
         let lines = svg.lines().filter(|l| l.starts_with("<polyline") && l.contains(&format!("stroke=\"{color}\"")));
         let points = |line: &str| {
@@ -343,33 +308,22 @@ pub(super) mod tests {
 
     /// All texts.
     pub(in super::super) fn texts(svg: &str) -> Vec<String> {
-        let mut lines = svg.lines();
-        let mut found = Vec::new();
-        while let Some(line) = lines.next() {
-            if line.starts_with("<text") {
-                found.extend(lines.next().map(str::to_owned));
-            }
-        }
-        found
+        let lines = svg.lines().filter(|line| line.starts_with("<text"));
+        lines.map(|line| line.split_once('>').unwrap().1.strip_suffix("</text>").unwrap().to_owned()).collect()
     }
 
     #[test]
-    fn files_are_finer_than_they_look() {
-        let svg = render(90.0, 47.06, |_| Ok(())).unwrap();
-        assert!(svg.starts_with("<svg width=\"90\" height=\"47\" viewBox=\"0 0 900 471\""), "{svg}");
-    }
-
-    #[test]
-    fn dashes_cover_their_share() {
-        let points: Vec<[f64; 2]> = (0..=100).map(|i| [f64::from(i), 0.0]).collect();
-        let pieces = dashes(&points, 9.0, 5.0);
-        let length = |piece: &Vec<[f64; 2]>| piece[piece.len() - 1][0] - piece[0][0];
-        assert_eq!(pieces.len(), 8);
-        for (k, piece) in pieces[..7].iter().enumerate() {
-            assert_relative_eq!(piece[0][0], 14.0 * k as f64, epsilon = 1e-9);
-            assert_relative_eq!(length(piece), 9.0, epsilon = 1e-9);
-        }
-        assert!(dashes(&[], 9.0, 5.0).is_empty());
+    fn elements_stand_in_one_document() {
+        let stroke = Stroke::palette(0).dashed();
+        let svg = render(90.0, 47.06, |canvas| {
+            canvas.line(&[[0.0, 0.0], [1.0 / 3.0, f64::MAX]], stroke);
+            canvas.line(&[[0.0, 0.0]], stroke);
+            canvas.text([1.0, 2.0], "a < b", 12.0, Anchor::Upright);
+        });
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"90\" height=\"47\""), "{svg}");
+        assert_eq!(polylines(&svg, "#0072b2"), [[[0.0, 0.0], [0.33, 1e6]]]);
+        assert!(svg.contains("stroke-dasharray=\"9 5\"") && svg.contains("rotate(-90 1 2)"), "{svg}");
+        assert_eq!(texts(&svg), ["a &lt; b"]);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Figures as SVG text.
 //!
 //! * [`section_figure`]: sections in their box, with equal axes;
-//! * [`line_figure`]: any curves over two axes: pressures, polars;
-//! * [`convergence_figure`]: the objective, and where there are constraints their violation, evaluation by evaluation.
+//! * [`line_figure`]: any curves over two axes, [`grid_figure`]: several of them side by side: pressures, polars;
+//! * [`convergence_figure`]: the objective, and where there are constraints their violation, iteration by iteration.
+//!
+//! One small layer writes the SVG elements; the library `maud` escapes every text that is put into them.
 //!
 //! Legends stand above the plot, so they never cover a curve. Numbers that are not finite, or not positive on a
 //! logarithmic axis, leave gaps.
@@ -13,33 +15,17 @@ mod convergence;
 mod line;
 mod section;
 
-pub use convergence::{ConvergenceFigure, convergence_figure};
-pub use line::{Annotation, LineFigure, Series, line_figure};
+pub use convergence::{ConvergenceFigure, ConvergencePoint, convergence_figure};
+pub use line::{Annotation, LineFigure, Series, grid_figure, line_figure};
 pub use section::{SectionCurve, SectionFigure, section_figure};
-
-use plotters::style::RGBColor;
-
-/// A figure that could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the figure cannot be drawn: {reason}")]
-pub struct FigureError {
-    /// The reason, in words.
-    pub reason: String,
-}
-
-impl FigureError {
-    fn drawing(error: impl std::fmt::Display) -> Self {
-        Self { reason: error.to_string() }
-    }
-}
 
 /// Red, green and blue, 0 to 255.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
 impl Color {
-    fn rgb(self) -> RGBColor {
-        RGBColor(self.0, self.1, self.2)
+    fn hex(self) -> String {
+        format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 }
 
@@ -61,6 +47,8 @@ impl Stroke {
     pub const TARGET: Self = Self { color: Color(200, 60, 30), width: 1.8, dashed: true };
     /// The section before a change: thin and grey.
     pub const INITIAL: Self = Self { color: Color(140, 140, 140), width: 1.4, dashed: false };
+    /// Numbers that are not to be relied on.
+    pub const DOUBTFUL: Self = Self { color: Color(170, 170, 170), width: 1.2, dashed: true };
     /// The lines of a box.
     pub const BOX: Self = Self { color: Color(40, 90, 220), width: 1.0, dashed: false };
 

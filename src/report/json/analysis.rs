@@ -32,6 +32,8 @@ pub struct AnalysisReport {
     pub cd_pressure: Option<f64>,
     /// Drag coefficient of the friction.
     pub cd_friction: Option<f64>,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
     /// Derivatives, where they were asked for; `None` inside where the numbers do not hold.
@@ -71,8 +73,8 @@ pub struct FlowDerivatives {
 }
 
 impl AnalysisReport {
-    /// The report of a flow that took `seconds`.
-    pub fn new(solution: &Solution, seconds: f64) -> Self {
+    /// The report of a flow that took `seconds`, about a section with these repairs.
+    pub fn new(solution: &Solution, seconds: f64, repairs: &[String]) -> Self {
         let solved = solution.is_solved();
         let number = |value: f64| solved.then_some(value);
         Self {
@@ -88,6 +90,7 @@ impl AnalysisReport {
             coefficients: solution.coefficients.map(number),
             cd_pressure: number(solution.cd_pressure),
             cd_friction: number(solution.cd_friction),
+            repairs: repairs.to_vec(),
             seconds,
             gradients: None,
             nodes: None,
@@ -95,7 +98,7 @@ impl AnalysisReport {
     }
 
     /// The report of a point that has no flow, for the reason given; `alpha` is in degrees.
-    pub fn refused(alpha: f64, mach: f64, reynolds: f64, reason: String) -> Self {
+    pub fn refused(alpha: f64, mach: f64, reynolds: f64, reason: String, repairs: &[String]) -> Self {
         let none = None;
         let coefficients = Coefficients { cl: none, cd: none, cm: none, cp_min: none, transition: [none; 2] };
         Self {
@@ -111,6 +114,7 @@ impl AnalysisReport {
             coefficients,
             cd_pressure: none,
             cd_friction: none,
+            repairs: repairs.to_vec(),
             seconds: 0.0,
             gradients: None,
             nodes: None,
@@ -167,13 +171,15 @@ pub struct InviscidReport {
     pub cp_min: f64,
     /// Mach number of the onset flow at which this flow becomes sonic somewhere.
     pub critical_mach: Option<f64>,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
 }
 
 impl InviscidReport {
-    /// The report of a flow that took `seconds`.
-    pub fn new(solution: &InviscidSolution, seconds: f64) -> Self {
+    /// The report of a flow that took `seconds`, about a section with these repairs.
+    pub fn new(solution: &InviscidSolution, seconds: f64, repairs: &[String]) -> Self {
         let InviscidSolution { cl, cm, cp_min, mach, critical_mach, .. } = *solution;
         Self {
             converged: solution.status == Status::Converged,
@@ -185,6 +191,7 @@ impl InviscidReport {
             cm,
             cp_min,
             critical_mach,
+            repairs: repairs.to_vec(),
             seconds,
         }
     }
@@ -195,6 +202,8 @@ impl InviscidReport {
 pub struct PolarReport {
     /// The section, as it was asked for.
     pub section: String,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// One flow per angle of attack.
     pub points: Vec<AnalysisReport>,
 }

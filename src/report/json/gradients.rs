@@ -16,6 +16,8 @@ pub struct GradientsReport {
     pub worst_route_error: f64,
     /// Largest difference from the finite difference, relative to the gradient of the quantity.
     pub worst_finite_difference_deviation: f64,
+    /// A sentence for everything that was mended in the files of the case.
+    pub repairs: Vec<String>,
     /// The design at which the derivatives were compared: every variable in its own unit.
     pub variables: Named<f64>,
     /// One entry per quantity and variable.
@@ -46,6 +48,7 @@ impl GradientsReport {
             agrees: checks.iter().all(DerivativeCheck::agrees),
             worst_route_error: worst(DerivativeCheck::route_error),
             worst_finite_difference_deviation: worst(DerivativeCheck::difference_deviation),
+            repairs: case.repairs(),
             variables: Named::by_variable(&case.problem, variables),
             derivatives: checks.iter().map(DerivativeReport::new).collect(),
         }

@@ -8,7 +8,9 @@
 //! * [`CaseList`]: the built-in cases.
 //!
 //! All of them serialise with `serde_json`. Lengths are in chords, angles in degrees where the field says so. A number
-//! that is infinite or undefined becomes `null`, as does a missing one. Keys keep their order.
+//! that is infinite or undefined becomes `null`, as does a missing one. Keys keep their order. Quantities and variables
+//! stand under the names they have in case files, such as `cm_at(cruise)` or `dx[1,2]`; the key `identifiers` gives each
+//! of them a name that programming languages accept, such as `cm_at_cruise` or `dx_1_2`.
 //!
 //! ```
 //! use aeroform::case::Case;
@@ -27,9 +29,11 @@ mod named;
 mod run;
 mod section;
 
-pub use analysis::{AnalysisReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PolarReport};
-pub use evaluation::{CaseEntry, CaseList, EvaluationReport};
+pub use analysis::{
+    AnalysisReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PolarReport,
+};
+pub use evaluation::{BoundsReport, CaseEntry, CaseList, EvaluationReport};
 pub use gradients::{DerivativeReport, GradientsReport};
-pub use named::Named;
-pub use run::{ConstraintReport, RunReport};
-pub use section::{CurveReport, SectionReport};
+pub use named::{Named, identifier, identifiers};
+pub use run::{ActiveBoundReport, ConstraintReport, RunReport, Side};
+pub use section::{CurveReport, Dimension, SectionReport, repairs};

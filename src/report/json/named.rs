@@ -31,8 +31,49 @@ impl<T: Copy> Named<T> {
     }
 }
 
+/// A name that programming languages accept: letters, digits and underscores, no digit first.
+///
+/// ```
+/// use aeroform::report::json::identifier;
+/// let names = ["cd", "cm_at(cruise)", "dx[1,2]", "cl/cd", "thickness_at(0.7)", "2 + 2"].map(identifier);
+/// assert_eq!(names, ["cd", "cm_at_cruise", "dx_1_2", "cl_cd", "thickness_at_0_7", "_2_2"]);
+/// ```
+pub fn identifier(name: &str) -> String {
+    let words = name.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|word| !word.is_empty());
+    let joined = words.collect::<Vec<_>>().join("_");
+    if joined.starts_with(|c: char| c.is_ascii_digit()) || joined.is_empty() { format!("_{joined}") } else { joined }
+}
+
+/// An [`identifier`] for each name, every name once; names that would share one are numbered.
+pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Named<String> {
+    let mut all: Vec<(String, String)> = Vec::new();
+    for name in names {
+        if all.iter().any(|(known, _)| known == name) {
+            continue;
+        }
+        let plain = identifier(name);
+        let taken = |candidate: &str| all.iter().any(|(_, other)| other == candidate);
+        let free = (2..).map(|k| format!("{plain}_{k}")).find(|candidate| !taken(candidate));
+        let own = if taken(&plain) { free.unwrap_or(plain) } else { plain };
+        all.push((name.to_string(), own));
+    }
+    Named(all)
+}
+
 impl<T: Serialize> Serialize for Named<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.iter())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identifiers_are_unique() {
+        let names = identifiers(["cl/cd", "cl_cd", "cd", "cd", "cl cd"]);
+        let pairs: Vec<(&str, &str)> = names.iter().map(|(name, own)| (name, own.as_str())).collect();
+        assert_eq!(pairs, [("cl/cd", "cl_cd"), ("cl_cd", "cl_cd_2"), ("cd", "cd"), ("cl cd", "cl_cd_3")]);
     }
 }

@@ -1,9 +1,9 @@
 //! `result.json`: the end of a run.
 
-use super::Named;
+use super::{Named, identifiers};
 use crate::case::{Case, CaseOutcome};
-use crate::design::Problem;
-use crate::optimize::{Optimizer, Termination};
+use crate::design::{Problem, ProblemDescription};
+use crate::optimize::{Optimizer, REACHED, Termination};
 use serde::Serialize;
 
 /// The end of a run of a case.
@@ -36,12 +36,46 @@ pub struct RunReport {
     pub kkt_residual: f64,
     /// The best design: every variable in its own unit.
     pub variables: Named<f64>,
+    /// Objective of the start; `None` where the start could not be evaluated.
+    pub initial_objective: Option<f64>,
+    /// Value of every quantity at the start; `None` where a quantity has no value there.
+    pub initial: Named<Option<f64>>,
+    /// The start: every variable in its own unit.
+    pub initial_variables: Named<f64>,
+    /// The variables that stand at one of their bounds.
+    pub active_bounds: Named<ActiveBoundReport>,
+    /// A sentence for everything that was mended in the files of the case.
+    pub repairs: Vec<String>,
     /// Smallest fold indicator of the box; `None` without a box.
     pub min_fold_indicator: Option<f64>,
     /// Whether the box has folded; `None` without a box.
     pub folded: Option<bool>,
     /// Whether the section crosses itself.
     pub self_intersecting: bool,
+    /// For every name of a quantity or a variable a name that programming languages accept.
+    pub identifiers: Named<String>,
+}
+
+/// A side of the bounds of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The smallest allowed value.
+    Lower,
+    /// The largest allowed value.
+    Upper,
+}
+
+/// A variable at one of its bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ActiveBoundReport {
+    /// The bound that is reached.
+    pub side: Side,
+    /// Value of that bound, in the unit of the variable.
+    pub bound: f64,
+    /// Change of the optimal objective per unit of the bound: positive at a lower bound, negative at an upper one, 0
+    /// where the variable stands at the bound but is not held by it.
+    pub multiplier: f64,
 }
 
 /// A constraint at the best design.
@@ -61,22 +95,19 @@ pub struct ConstraintReport {
 }
 
 impl RunReport {
-    /// The report of a run of `case`.
+    /// The report of a run of `case`. The case is evaluated at its start for it.
     pub fn new(case: &Case, end: &CaseOutcome) -> Self {
         let (outcome, problem) = (&end.outcome, case.problem.description());
         let evaluation = outcome.evaluation.as_ref();
-        let finite = |v: f64| v.is_finite().then_some(v);
-        let constraint = |(k, bounds): (usize, &crate::design::Bounds)| {
-            let value = evaluation.map(|e| e.constraints[k]);
-            ConstraintReport {
-                value,
-                lower: finite(bounds.lower),
-                upper: finite(bounds.upper),
-                violation: value.map(|v| bounds.violation(v)),
-                multiplier: outcome.multipliers.get(k).copied(),
-            }
-        };
-        let value = |k: usize| evaluation.map(|e| e.values[k]);
+        let constrained: Vec<Option<f64>> =
+            (0..problem.constraint_names.len()).map(|k| evaluation.map(|e| e.constraints[k])).collect();
+        let start = case.problem.start_values();
+        // a start without a value is no error of a run that went on from there
+        let initial = case.problem.values_at(&start);
+        let weighted = initial.iter().zip(case.problem.objective_weights()).filter(|(_, weight)| **weight != 0.0);
+        let initial_objective = weighted.map(|(value, weight)| Some((*value)? * weight)).sum();
+        let names = &problem.value_names;
+        let values = |of: &dyn Fn(usize) -> Option<f64>| Named::new(names, (0..names.len()).map(of));
         Self {
             case: case.name.clone(),
             optimizer: case.method.name(),
@@ -87,16 +118,55 @@ impl RunReport {
             iterations: outcome.iterations,
             seconds: outcome.seconds,
             objective: evaluation.map(|e| e.objective),
-            values: Named::new(&problem.value_names, (0..problem.value_names.len()).map(value)),
-            constraints: Named::new(
-                &problem.constraint_names,
-                problem.constraint_bounds.iter().enumerate().map(constraint),
-            ),
+            values: values(&|k| evaluation.map(|e| e.values[k])),
+            constraints: constraint_reports(problem, &constrained, &outcome.multipliers),
             kkt_residual: outcome.kkt_residual,
             variables: Named::by_variable(&case.problem, &end.variables),
+            initial_objective,
+            initial: values(&|k| initial[k]),
+            initial_variables: Named::by_variable(&case.problem, &start),
+            active_bounds: active_bounds(case, end),
+            repairs: case.repairs(),
             min_fold_indicator: end.fold.map(|f| f.smallest_indicator),
             folded: end.fold.map(|f| f.folded),
             self_intersecting: end.shape.section.self_intersection().is_some(),
+            identifiers: identifiers(names.iter().chain(&problem.variable_names).map(String::as_str)),
         }
     }
+}
+
+/// The constraints of a problem at their values; without multipliers where there are none.
+pub(super) fn constraint_reports(
+    problem: &ProblemDescription,
+    values: &[Option<f64>],
+    multipliers: &[f64],
+) -> Named<ConstraintReport> {
+    let finite = |v: f64| v.is_finite().then_some(v);
+    let constraints =
+        problem.constraint_bounds.iter().zip(values).enumerate().map(|(k, (bounds, &value))| ConstraintReport {
+            value,
+            lower: finite(bounds.lower),
+            upper: finite(bounds.upper),
+            violation: value.map(|v| bounds.violation(v)),
+            multiplier: multipliers.get(k).copied(),
+        });
+    Named::new(&problem.constraint_names, constraints)
+}
+
+/// The variables at their bounds, as near as the optimisers count as reached.
+fn active_bounds(case: &Case, end: &CaseOutcome) -> Named<ActiveBoundReport> {
+    let variables = case.problem.geometry().variables();
+    let at_bound = variables.iter().zip(&end.variables).enumerate().filter_map(|(k, (variable, value))| {
+        let near = REACHED * variable.scale;
+        let multiplier = end.outcome.bound_multipliers.get(k).map_or(0.0, |m| m / variable.scale);
+        let (side, bound) = if value - variable.bounds.lower <= near {
+            (Side::Lower, variable.bounds.lower)
+        } else if variable.bounds.upper - value <= near {
+            (Side::Upper, variable.bounds.upper)
+        } else {
+            return None;
+        };
+        Some((variable.name.clone(), ActiveBoundReport { side, bound, multiplier }))
+    });
+    Named(at_bound.collect())
 }

@@ -14,6 +14,11 @@ pub struct SectionReport {
     pub measures: Named<Option<f64>>,
     /// Centroid of the area; `None` where the area vanishes.
     pub centroid: Option<[f64; 2]>,
+    /// Unit of the lengths above and of the control points: `"chord"` for a section that is made by name, else the unit of
+    /// the file, by its symbol where it was given.
+    pub length_unit: String,
+    /// A sentence for everything that was mended in the file of the section.
+    pub repairs: Vec<String>,
     /// Number of control points of the curve.
     pub control_points: usize,
     /// `"sharp"` or `"blunt"`.
@@ -37,23 +42,36 @@ pub struct CurveReport {
     pub control_points: Vec<[f64; 2]>,
 }
 
+/// The kind of number that a measure is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// A length in the unit of the coordinates.
+    Length,
+    /// An area in that unit squared.
+    Area,
+    /// A place along the chord, as share of it.
+    Share,
+    /// An angle in degrees.
+    Angle,
+}
+
 impl SectionReport {
-    /// The measures of a report in order, each with its unit.
-    pub const MEASURES: [(Measure, &'static str); 10] = [
-        (Measure::Area, "chord²"),
-        (Measure::Thickness, "chord"),
-        (Measure::ThicknessX, "chord"),
-        (Measure::Camber, "chord"),
-        (Measure::CamberX, "chord"),
-        (Measure::NoseRadius, "chord"),
-        (Measure::TrailingEdgeAngle, "degrees"),
-        (Measure::TrailingEdgeGap, "chord"),
-        (Measure::Perimeter, "chord"),
-        (Measure::Chord, "unit of the coordinates"),
+    /// The measures of a report in order.
+    pub const MEASURES: [(Measure, Dimension); 10] = [
+        (Measure::Area, Dimension::Area),
+        (Measure::Thickness, Dimension::Length),
+        (Measure::ThicknessX, Dimension::Share),
+        (Measure::Camber, Dimension::Length),
+        (Measure::CamberX, Dimension::Share),
+        (Measure::NoseRadius, Dimension::Length),
+        (Measure::TrailingEdgeAngle, Dimension::Angle),
+        (Measure::TrailingEdgeGap, Dimension::Length),
+        (Measure::Perimeter, Dimension::Length),
+        (Measure::Chord, Dimension::Length),
     ];
 
-    /// Measures `section`, which was built from `definition`.
-    pub fn new(definition: &SectionDefinition, section: &Section<f64>) -> Self {
+    /// Measures `section`, which was built from `definition`; `unit` is that of a file, where it is known.
+    pub fn new(definition: &SectionDefinition, section: &Section<f64>, unit: Option<&str>) -> Self {
         // a symmetric section has no place of largest camber
         let value = |measure: Measure| {
             let value = measure.evaluate(section).ok()?;
@@ -64,6 +82,12 @@ impl SectionReport {
             name: section.name().to_string(),
             measures: Named(Self::MEASURES.map(|(m, _)| (m.name(), value(m).filter(|v| v.is_finite()))).into()),
             centroid: section.centroid().ok(),
+            length_unit: match (definition, unit) {
+                (SectionDefinition::Coordinates(_), Some(unit)) => unit.to_string(),
+                (SectionDefinition::Coordinates(_), None) => "unit of the file".into(),
+                _ => "chord".into(),
+            },
+            repairs: repairs(definition),
             control_points: curve.control_points().len(),
             trailing_edge: match section.trailing_edge() {
                 TrailingEdge::Sharp => "sharp",
@@ -78,4 +102,10 @@ impl SectionReport {
             },
         }
     }
+}
+
+/// A sentence for everything that was mended in the points of a file, beginning with the name of the section; empty where
+/// nothing was.
+pub fn repairs(definition: &SectionDefinition) -> Vec<String> {
+    definition.repairs().iter().map(|repair| format!("{}: {repair}", definition.name())).collect()
 }
