@@ -55,9 +55,9 @@ fn sections_are_read_as_told_and_tell_what_was_done() {
     assert!(told.contains("normalized: moved by") && told.contains("turned by"), "{told}");
     assert!((number(&level, "thickness") - number(&built, "thickness")).abs() < 1e-4);
 
-    let (fitted, told) = section(&["turned.dat", "--fit-tolerance", "1e-4"]);
+    let (fitted, told) = section(&["turned.dat", "--fit-tolerance", "1e-3"]);
     assert!(told.contains("fitted with") && told.contains("at most"), "{told}");
-    assert!(number(&fitted, "control_points") < 60.0);
+    assert!((7.0..101.0).contains(&number(&fitted, "control_points")));
     let (fitted, told) = section(&["turned.dat", "--control-points", "31"]);
     assert!(told.contains("fitted with 31 control points"), "{told}");
     assert_eq!(number(&fitted, "control_points"), 31.0);

@@ -8,7 +8,7 @@ use super::point::Point;
 use crate::plane::{between, bounds, cross, distance, dot, minus};
 use crate::scalar::Scalar;
 use crate::section::stations::with_ends;
-use crate::section::{CoordinateError, Section, SectionError, TrailingEdge};
+use crate::section::{CoordinateError, SectionError};
 use crate::spline::{
     BSplineCurve, EndCondition, KnotVector, chord_length_parameters, fit, fit_to_tolerance, interpolate,
 };
