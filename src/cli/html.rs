@@ -120,7 +120,12 @@ impl Page<'_> {
                         h2 { "What holds it there" }
                         ul {
                             @for hold in &overview.holds { li { (hold) } }
-                            @if overview.holds.is_empty() { li { "no constraint and no bound of a variable" } }
+                            @if overview.holds.is_empty() {
+                                li {
+                                    @if result.objective.is_some() { "no constraint and no bound of a variable" }
+                                    @else { "there is no design" }
+                                }
+                            }
                         }
                     }
                     div {

@@ -334,7 +334,9 @@ fn checks(result: &RunReport, derivatives: &Derivatives) -> Vec<Check> {
     let mut all = vec![convergence_check(result), gradient_check(derivatives)];
     let worst = result.constraints.iter().filter(|(_, c)| is_violated(c)).count();
     if !result.constraints.0.is_empty() {
+        let unknown = result.constraints.iter().any(|(_, c)| c.value.is_none());
         all.push(match worst {
+            _ if unknown => check(Tone::Bad, "the constraints could not be evaluated".into()),
             0 => check(Tone::Good, "all constraints are met".into()),
             1 => check(Tone::Bad, "one constraint is violated".into()),
             _ => check(Tone::Bad, format!("{worst} constraints are violated")),
@@ -364,13 +366,16 @@ fn checks(result: &RunReport, derivatives: &Derivatives) -> Vec<Check> {
 }
 
 fn convergence_check(result: &RunReport) -> Check {
-    let residual = engineering(result.kkt_residual, 2);
+    let residual = match result.kkt_residual {
+        residual if residual.is_finite() => format!(" (KKT residual {})", engineering(residual, 2)),
+        _ => String::new(),
+    };
     let tone = match result.status {
         Termination::Converged => Tone::Good,
         Termination::Stalled | Termination::IterationLimit | Termination::EvaluationLimit => Tone::Warning,
         _ => Tone::Bad,
     };
-    Check { text: format!("{} (KKT residual {residual})", result.status), tone }
+    Check { text: format!("{}{residual}", result.status), tone }
 }
 
 fn gradient_check(derivatives: &Derivatives) -> Check {

@@ -62,6 +62,14 @@ fn a_run_says_what_holds_it_and_families_are_one_line() {
             "bounds of 2 of 32 variables: dy[0,1] ≤ 0.1, dx[2,1] ≥ -0.05 without need",
         ]
     );
+    // what has no value is not called met
+    let mut unknown = result.clone();
+    unknown.constraints.0[0].1 = ConstraintReport { value: None, violation: None, ..constraints[0] };
+    unknown.kkt_residual = f64::NAN;
+    let texts: Vec<String> =
+        Overview::new(&case, &unknown, &Derivatives::default()).checks.into_iter().map(|c| c.text).collect();
+    assert!(texts.contains(&"the constraints could not be evaluated".to_string()), "{texts:?}");
+    assert!(texts.iter().all(|text| !text.contains("KKT")), "{texts:?}");
     // a violated member is told in red
     constraints[3] = constraint(0.3, 0.4, 0.0);
     result.constraints = Named::new(names, constraints);

@@ -17,12 +17,15 @@ pub(super) fn text(result: &RunReport, overview: &Overview, directory: &OutputDi
         engineering(result.seconds, 3)
     );
     let [start, end, change] = &overview.headline;
-    text += &format!("{}: {start} → {end} ({change})\n", overview.objective);
+    let change = if change.is_empty() { String::new() } else { format!(" ({change})") };
+    text += &format!("{}: {start} → {end}{change}\n", overview.objective);
     overview.conditions.iter().for_each(|condition| text += &format!("at {condition}\n"));
     text.push('\n');
     text += &paragraph(&result.message);
     text += &format!("\n\n{}\n", table(&overview.rows));
-    if overview.holds.is_empty() {
+    if overview.holds.is_empty() && result.objective.is_none() {
+        text += "there is no design\n";
+    } else if overview.holds.is_empty() {
         text += "nothing holds the design: no constraint and no bound of a variable is reached\n";
     } else {
         text += "held by\n";
