@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
         result = result.with_gradients(&solution, &section.nodes);
     }
     if let Some(directory) = &directory {
-        let files = files(arguments, &section, &solution, &result)?;
+        let files = files(arguments, &solution, &result)?;
         directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     }
     if arguments.json {
@@ -75,17 +75,16 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
 /// Names and contents of the files of a point. A flow that was not found has no figures.
 fn files(
     arguments: &AnalyzeArguments,
-    section: &Panelled,
     solution: &Solution,
     result: &AnalysisReport,
 ) -> Result<Vec<(&'static str, String)>, Failure> {
     let mut files = vec![("result.json", pretty(result)?)];
     if solution.is_solved() {
-        let (body, title) = (section.body()?, title(arguments, solution));
+        let title = title(arguments, solution);
         files.extend([
-            ("pressure.svg", figures::pressure(body, solution, &title)),
-            ("boundary_layer.svg", figures::boundary_layer(body, solution, &title)),
-            ("section.svg", figures::displacement(&section.nodes, solution, &title)),
+            ("pressure.svg", figures::pressure(solution, &title)),
+            ("boundary_layer.svg", figures::boundary_layer(solution, &title)),
+            ("section.svg", figures::displacement(solution, &title)),
             ("boundary_layer.csv", boundary_layer_csv(solution)?),
         ]);
     }
@@ -192,7 +191,7 @@ fn inviscid(
     if let Some(directory) = directory {
         let cl = engineering(solution.cl, 4);
         let title = format!("{}: inviscid, α {alpha}°, M {mach}, CL {cl}", arguments.point.shape.name());
-        let figure = figures::inviscid_pressure(section.body()?, solution, mach, &title);
+        let figure = figures::inviscid_pressure(solution, &title);
         let files = [("result.json", pretty(&result)?), ("pressure.svg", figure)];
         directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     }

@@ -1,14 +1,14 @@
 //! The figures of the command: what is drawn, in the manner of the paper's Figs. 14 and 15.
 
 use crate::design::{DesignProblem, Shape};
-use crate::flow::{Condition, Incidence, InviscidSolution, Solution, StationFlow};
+use crate::flow::{Condition, Distributions, Incidence, InviscidSolution, Solution, StationFlow};
 use crate::optimize::{History, HistoryRow};
 use crate::report::engineering;
 use crate::report::figures::{
     Annotation, Color, ConvergenceFigure, ConvergencePoint, LineFigure, SectionCurve, SectionFigure, Series, Stroke,
     convergence_figure, grid_figure, line_figure, section_figure,
 };
-use crate::section::{ChordFrame, Section};
+use crate::section::Section;
 
 /// Points drawn of a section, enough for the eye at the nose.
 const SECTION_POINTS: usize = 801;
@@ -119,68 +119,44 @@ fn critical_pressure(mach: f64) -> Option<f64> {
     (mach > 0.0).then(|| 2.0 / (GAMMA * mach * mach) * (ratio.powf(GAMMA / (GAMMA - 1.0)) - 1.0))
 }
 
-/// Abscissas of points along the chord, as share of the chord.
-struct Chordwise(ChordFrame<f64>);
-
-impl Chordwise {
-    fn x(&self, point: [f64; 2]) -> f64 {
-        self.0.coordinates(point)[0] / self.0.chord
-    }
-
-    fn curve(&self, nodes: &[[f64; 2]], values: &[f64]) -> Vec<[f64; 2]> {
-        nodes.iter().zip(values).map(|(node, value)| [self.x(*node), *value]).collect()
-    }
-
-    fn stations(&self, side: &[StationFlow], value: impl Fn(&StationFlow) -> f64) -> Vec<[f64; 2]> {
-        side.iter().map(|station| [self.x([station.x, station.y]), value(station)]).collect()
-    }
-}
-
-/// A section that is drawn as a flow goes around it: its panel nodes and its own chord.
-#[derive(Clone, Copy)]
-pub(super) struct Body<'a> {
-    pub nodes: &'a [[f64; 2]],
-    pub frame: ChordFrame<f64>,
+/// Values at the nodes over x along the chord line, in chords.
+fn chordwise(nodes: &[[f64; 2]], values: &[f64]) -> Vec<[f64; 2]> {
+    nodes.iter().zip(values).map(|(node, value)| [node[0], *value]).collect()
 }
 
 /// Pressure with and without boundary layer, transition marked.
-pub(super) fn pressure(body: Body<'_>, solution: &Solution, title: &str) -> String {
-    line_figure(&LineFigure { title: title.into(), ..pressure_plot(body, solution) })
+pub(super) fn pressure(solution: &Solution, title: &str) -> String {
+    line_figure(&LineFigure { title: title.into(), ..pressure_plot(solution) })
 }
 
-fn pressure_plot(body: Body<'_>, solution: &Solution) -> LineFigure {
-    let distributions = solution.distributions();
-    let along = Chordwise(body.frame);
+fn pressure_plot(solution: &Solution) -> LineFigure {
+    let Distributions { nodes, cp, cp_inviscid, .. } = solution.distributions();
     let mark = |k: usize, name: &str| Annotation {
         at: solution.coefficients.transition[k],
         label: format!("transition {name}"),
     };
     let lines = vec![
-        series("viscous", along.curve(body.nodes, &distributions.cp), Stroke::SECTION),
-        series("inviscid", along.curve(body.nodes, &distributions.cp_inviscid), Stroke::palette(0).dashed()),
+        series("viscous", chordwise(&nodes, &cp), Stroke::SECTION),
+        series("inviscid", chordwise(&nodes, &cp_inviscid), Stroke::palette(0).dashed()),
     ];
     LineFigure { annotations: vec![mark(0, "upper"), mark(1, "lower")], ..cp_plot(lines, solution.condition.mach) }
 }
 
 /// Pressure at one operating point before and after a design run; either may be missing.
-pub(super) fn pressure_change(
-    before: Option<(Body<'_>, &Solution)>,
-    after: Option<(Body<'_>, &Solution)>,
-    title: &str,
-) -> String {
-    let mach = before.or(after).map_or(0.0, |(_, solution)| solution.condition.mach);
-    let line = |name: &str, flow: Option<(Body<'_>, &Solution)>, stroke: Stroke| {
-        let (body, solution) = flow?;
-        Some(series(name, Chordwise(body.frame).curve(body.nodes, &solution.distributions().cp), stroke))
+pub(super) fn pressure_change(before: Option<&Solution>, after: Option<&Solution>, title: &str) -> String {
+    let mach = before.or(after).map_or(0.0, |solution| solution.condition.mach);
+    let line = |name: &str, flow: Option<&Solution>, stroke: Stroke| {
+        let Distributions { nodes, cp, .. } = flow?.distributions();
+        Some(series(name, chordwise(&nodes, &cp), stroke))
     };
     let lines = [line("start", before, Stroke::INITIAL), line("end", after, Stroke::SECTION)];
     line_figure(&LineFigure { title: title.into(), ..cp_plot(lines.into_iter().flatten().collect(), mach) })
 }
 
 /// Pressure without boundary layer.
-pub(super) fn inviscid_pressure(body: Body<'_>, solution: &InviscidSolution, mach: f64, title: &str) -> String {
-    let points = Chordwise(body.frame).curve(body.nodes, &solution.cp);
-    let plot = cp_plot(vec![series("inviscid", points, Stroke::SECTION)], mach);
+pub(super) fn inviscid_pressure(solution: &InviscidSolution, title: &str) -> String {
+    let points = chordwise(&solution.nodes, &solution.cp);
+    let plot = cp_plot(vec![series("inviscid", points, Stroke::SECTION)], solution.mach);
     line_figure(&LineFigure { title: title.into(), ..plot })
 }
 
@@ -203,15 +179,15 @@ fn cp_plot(series: Vec<Series>, mach: f64) -> LineFigure {
 }
 
 /// Pressure and boundary layer along both sides.
-pub(super) fn boundary_layer(body: Body<'_>, solution: &Solution, title: &str) -> String {
+pub(super) fn boundary_layer(solution: &Solution, title: &str) -> String {
     let distributions = solution.distributions();
-    let along = Chordwise(body.frame);
+    let along = |side: &[StationFlow], value: fn(&StationFlow) -> f64| side.iter().map(|s| [s.x, value(s)]).collect();
     let both = |name: &str, value: fn(&StationFlow) -> f64| LineFigure {
         x_label: "x/c".into(),
         y_label: name.into(),
         series: vec![
-            series("upper side", along.stations(&distributions.upper, value), Stroke::palette(0)),
-            series("lower side", along.stations(&distributions.lower, value), Stroke::palette(1)),
+            series("upper side", along(&distributions.upper, value), Stroke::palette(0)),
+            series("lower side", along(&distributions.lower, value), Stroke::palette(1)),
         ],
         ..LineFigure::default()
     };
@@ -230,8 +206,8 @@ pub(super) fn boundary_layer(body: Body<'_>, solution: &Solution, title: &str) -
     grid_figure(title, 2, &plots)
 }
 
-/// The section with its displacement thickness.
-pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str) -> String {
+/// The section in the frame of its chord line with its displacement thickness.
+pub(super) fn displacement(solution: &Solution, title: &str) -> String {
     let distributions = solution.distributions();
     let edge = |side: &[StationFlow], sign: f64| -> Vec<[f64; 2]> {
         let offset = |k: usize| {
@@ -243,8 +219,8 @@ pub(super) fn displacement(nodes: &[[f64; 2]], solution: &Solution, title: &str)
         };
         (0..side.len()).map(offset).collect()
     };
-    let mut outline = nodes.to_vec();
-    outline.extend(nodes.first());
+    let mut outline = distributions.nodes.clone();
+    outline.extend(distributions.nodes.first());
     let stroke = Stroke::palette(0);
     section_figure(&SectionFigure {
         title: title.to_string(),

@@ -1,11 +1,9 @@
 //! Arguments that `analyze` and `polar` share: section, panels, condition.
 
 use super::failure::Failure;
-use super::figures::Body;
 use super::shape_arguments::ShapeArguments;
 use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
 use crate::report::json::repairs;
-use crate::section::Section;
 
 /// Section and condition on the command line.
 #[derive(Debug, Clone, clap::Args)]
@@ -52,22 +50,12 @@ impl FlowArguments {
 
 /// A section ready for the flow solver, in the frame and unit of its coordinates.
 pub(super) struct Panelled {
-    /// The section.
-    pub section: Section<f64>,
     /// The panel nodes.
     pub nodes: Vec<[f64; 2]>,
     /// The factorised panels.
     pub panels: PanelledSection,
     /// A sentence for everything that was mended in its file.
     pub repairs: Vec<String>,
-}
-
-impl Panelled {
-    /// The section for figures.
-    pub fn body(&self) -> Result<Body<'_>, Failure> {
-        let frame = self.section.chord_frame().map_err(|e| Failure::Computation(e.to_string()))?;
-        Ok(Body { nodes: &self.nodes, frame })
-    }
 }
 
 /// The nodes and the factorised panels of the section, in the frame and unit of its coordinates.
@@ -82,5 +70,5 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<Panelled, Failure> {
     let parameters = panel_parameters(&section, arguments.panels + 1);
     let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
     let panels = PanelledSection::new(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
-    Ok(Panelled { section, nodes, panels, repairs })
+    Ok(Panelled { nodes, panels, repairs })
 }

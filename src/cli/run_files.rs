@@ -1,13 +1,13 @@
 //! The files of a run: results, figures and the page that shows them.
 
 use super::failure::Failure;
-use super::figures::{self, Body, Sweep};
+use super::figures::{self, Sweep};
 use super::html::{HtmlTable, Page};
 use super::output::pretty;
 use super::overview::{Derivatives, Overview, minimises_drag};
 use crate::cad;
 use crate::case::{Case, CaseOutcome};
-use crate::design::{DerivativeCheck, DesignProblem, FlowTiming, Shape, ShapeFlows};
+use crate::design::{DerivativeCheck, DesignProblem, FlowTiming, Shape};
 use crate::differentiate::{StepRange, finite_difference_jacobian};
 use crate::flow::{Condition, FlowSection, Incidence, Solution};
 use crate::optimize::{History, Outcome};
@@ -105,19 +105,13 @@ fn titled(case: &Case, end: &CaseOutcome) -> Section<f64> {
     section.clone().with_name(format!("{} (aeroform {})", section.name(), case.name))
 }
 
-/// The flow at one operating point with the section it goes around, where it was found.
-fn flow_at<'a>(flows: &'a ShapeFlows, shape: &Shape, point: usize) -> Option<(Body<'a>, &'a Solution)> {
-    let frame = shape.section.chord_frame().ok()?;
-    Some((Body { nodes: &flows.nodes, frame }, flows.solutions[point].as_ref().ok()?))
-}
-
 /// Pressure before and after, a heading and a figure for each operating point that has a flow at either end.
 fn pressures(problem: &DesignProblem, initial: &Shape, shape: &Shape) -> Vec<(String, String)> {
     let (Some(before), Some(after)) = (problem.flows(initial), problem.flows(shape)) else { return Vec::new() };
     let mut figures = Vec::new();
     for (k, point) in problem.operating_points().iter().enumerate() {
         let name = if point.name.is_empty() { "Pressure".into() } else { format!("Pressure at {}", point.name) };
-        let (start, end) = (flow_at(&before, initial, k), flow_at(&after, shape, k));
+        let (start, end) = (before.solutions[k].as_ref().ok(), after.solutions[k].as_ref().ok());
         if start.is_some() || end.is_some() {
             let title = figures::condition_text(&point.condition);
             figures.push((name, figures::pressure_change(start, end, &title)));
