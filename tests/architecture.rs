@@ -385,7 +385,7 @@ fn the_scan_sees_what_it_should() {
     let path = |text: &str| text.split("::").map(String::from).collect::<Segments>();
     // a name handed on by two modules, one in braces, a path written out, a module by its name
     assert_eq!(sources.definition(&path("flow::TrailingEdge"), 0).map(|m| sources.name(&m)), Some("section/curve.rs"));
-    assert!(sources.needs(&path("flow::panel::section")).contains(&path("flow::search::newton")));
+    assert!(sources.needs(&path("flow::panel::family")).contains(&path("flow::search::newton")));
     assert!(sources.needs(&path("flow::panel::coupling::speeds")).contains(&path("flow::panel::coupling::projection")));
     assert!(sources.needs(&path("flow::panel::coupling::response")).contains(&path("scalar")));
     assert!(sources.all_needs().values().map(BTreeSet::len).sum::<usize>() > 500);

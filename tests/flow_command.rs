@@ -36,14 +36,14 @@ fn a_point_has_coefficients_gradients_and_files() {
 }
 
 #[test]
-fn flow_beyond_the_model_has_a_status_and_no_numbers() {
+fn flow_beyond_the_model_has_a_status_and_flagged_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["analyze", "naca0024", "--alpha", "0", "--mach", "0.7", "--reynolds", "5e6", "--trip", "0.1", "--json"];
     let output = aeroform(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(1));
     let result = json(&output);
-    assert!(result["cd"].is_null() && result["converged"] == false && result["beyond_model"] == true);
+    assert!(result["cd"].is_f64() && result["converged"] == false && result["beyond_model"] == true);
     assert!(result["status"].as_str().unwrap().contains("supersonic"));
 }
 
@@ -129,27 +129,18 @@ fn rows_of_a_polar_come_in_order_whatever_the_jobs() {
 }
 
 #[test]
-fn a_sweep_that_leaves_the_range_keeps_the_points_before() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = aeroform(&["polar", "naca0012", "--alpha", "0:60:30", "--json", "--out", "polar"], folder.path());
-    assert_eq!(output.status.code(), Some(1));
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(message.contains("angle of attack") && message.contains("of 3 points"), "{message}");
-    let points = json(&output)["points"].as_array().unwrap().len();
-    assert_eq!(points, 2);
-    assert_eq!(std::fs::read_to_string(folder.path().join("polar/polar.csv")).unwrap().lines().count(), 1 + points);
-}
-
-#[test]
 fn an_exported_file_has_the_lift_of_its_section() {
     let folder = tempfile::tempdir().unwrap();
     let lift = |shape: &str| {
         json(&aeroform(&["analyze", shape, "--alpha", "4", "--json"], folder.path()))["cl"].as_f64().unwrap()
     };
-    for (digits, tolerance) in [("full", 1e-6), ("7", 1e-4)] {
-        aeroform(&["section", "naca0012", "--out", "n.dat", "--digits", digits], folder.path());
-        let (by_name, by_file) = (lift("naca0012"), lift("n.dat"));
-        assert!((by_name - by_file).abs() < tolerance, "{digits}: {by_name} by name, {by_file} by file");
+    for name in ["naca0012", "naca23012", "naca6608", "kulfan:upper=0.14,0.18,0.17/lower=-0.04,-0.01,-0.01"] {
+        let by_name = lift(name);
+        for (digits, tolerance) in [("full", 1e-6), ("7", 1e-4)] {
+            aeroform(&["section", name, "--out", "n.dat", "--digits", digits], folder.path());
+            let by_file = lift("n.dat");
+            assert!((by_name - by_file).abs() < tolerance, "{name}, {digits}: {by_name} by name, {by_file} by file");
+        }
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) struct EvaluateArguments {
 pub(super) fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut case = Case::open(&arguments.case)?;
     let variables = design_vector::read(&case, arguments.at.as_deref())?;
-    case.repairs().iter().for_each(|repair| note(&format!("repaired: {repair}")));
+    case.repairs().iter().for_each(note);
     let evaluation =
         if arguments.gradients { case.evaluate_with_gradients(&variables) } else { case.evaluate(&variables) };
     let evaluation =

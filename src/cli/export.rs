@@ -128,7 +128,7 @@ fn for_cad(section: &Section<f64>, path: &Path, ending: &str, arguments: &Export
     let unit = arguments.unit.unwrap_or(LengthUnit::likely_for(chord));
     if arguments.unit.is_none() {
         let length = engineering(chord, 6);
-        note(&format!(
+        note(format_args!(
             "{}: written with a chord of {length} {}; --unit chooses another",
             path.display(),
             unit.symbol()

@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &GradientsArguments) -> Result<(), Failure> {
     }
     let mut case = Case::open(&arguments.case)?;
     let mut values = design_vector::read(&case, arguments.at.as_deref())?;
-    case.repairs().iter().for_each(|repair| note(&format!("repaired: {repair}")));
+    case.repairs().iter().for_each(note);
     shake(&case.problem, &mut values, arguments.shake);
     let checks = check_gradients(&mut case.problem, &values)
         .map_err(|e| Failure::Computation(format!("{}: no value here or a finite step away: {e}", case.name)))?;

@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
     // before the output directory is touched
     case.method.check_constraints(&case.problem).map_err(|e| Failure::Input(format!("{}: {e}", case.name)))?;
-    case.repairs().iter().for_each(|repair| note(repair));
+    case.repairs().iter().for_each(note);
     let path = arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name));
     let directory = OutputDirectory::prepare(&path).map_err(|e| Failure::Input(e.to_string()))?;
     let _lock = directory.lock().map_err(|e| Failure::Input(e.to_string()))?;
@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         .map_err(|e| Failure::of_run(&case.name, &e))?;
     display.end(&end.outcome);
     if let Some(index) = problem.divergence() {
-        note(&format!(
+        note(format_args!(
             "the checkpoint was left at evaluation {}: this program computes differently; went on from there",
             index + 1
         ));
@@ -99,7 +99,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 fn resume(path: &Path, identity: &Identity) -> Result<Journal, Failure> {
     if !path.exists() {
-        note(&format!("no checkpoint at {}; starting anew", path.display()));
+        note(format_args!("no checkpoint at {}; starting anew", path.display()));
         return Ok(Journal::default());
     }
     match Checkpoint::load(path, identity) {

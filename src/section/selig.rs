@@ -7,8 +7,9 @@ use std::fmt::Write;
 /// How a coordinate file is written: see [`Section::selig_with`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SeligFormat {
-    /// Number of points; `None` takes [`POINTS_PER_SPAN`](Self::POINTS_PER_SPAN) for each knot span, so that all knots
-    /// are among them.
+    /// Number of points; `None` takes two for each knot span, or six where the numbers have ten decimals or more, so
+    /// that all knots are among them. A file with these points interpolates so closely to the curve it came from that
+    /// the lift coefficients of flows about both agree to 1e-6, or to 1e-4 with seven decimals.
     pub points: Option<usize>,
     /// How numbers are rounded.
     pub digits: Digits,
@@ -27,11 +28,19 @@ pub enum Digits {
 }
 
 impl SeligFormat {
-    /// Points for each knot span unless told otherwise: a file with them interpolates to the curve it came from so
-    /// closely that flows about both agree to 1e-6 in the lift coefficient.
-    pub const POINTS_PER_SPAN: usize = 2;
     /// Decimals of the usual form.
     const USUAL: usize = 7;
+    /// Decimals from which rounding does not roughen denser points.
+    const MANY: usize = 10;
+
+    /// Points for each knot span unless told otherwise.
+    fn points_per_span(&self) -> usize {
+        match self.digits {
+            Digits::Full => 6,
+            Digits::Decimals(decimals) if decimals >= Self::MANY => 6,
+            _ => 2,
+        }
+    }
 }
 
 impl<S: Scalar> Section<S> {
@@ -57,7 +66,7 @@ impl<S: Scalar> Section<S> {
     /// ```
     pub fn selig_with(&self, format: &SeligFormat) -> String {
         let spans = self.curve().knots().spans().count();
-        let points = self.points(format.points.unwrap_or(SeligFormat::POINTS_PER_SPAN * spans + 1));
+        let points = self.points(format.points.unwrap_or(format.points_per_span() * spans + 1));
         let points: Vec<[f64; 2]> = points.iter().map(|p| [p[0].re(), p[1].re()]).collect();
         let decimals = match format.digits {
             Digits::Usual => Some(usual_decimals(&points)),
@@ -104,7 +113,7 @@ mod tests {
         let section = SectionDefinition::parse("naca2412").unwrap().section().unwrap();
         let spans = section.curve().knots().spans().count();
         let usual = section.selig_with(&SeligFormat::default());
-        assert_eq!(usual.lines().count(), 2 + SeligFormat::POINTS_PER_SPAN * spans);
+        assert_eq!(usual.lines().count(), 2 + 2 * spans);
         let numbers: Vec<&str> = usual.lines().skip(1).flat_map(str::split_whitespace).collect();
         assert!(numbers.iter().all(|n| n.split_once('.').unwrap().1.len() == 7), "{usual}");
         let few = section.selig_with(&SeligFormat { points: Some(33), digits: Digits::Full });

@@ -56,7 +56,8 @@ use strays::gaps;
 /// assert_eq!(coordinates.name(), "diamond");
 /// assert!(coordinates.repairs().contains(&Repair::Reversed));
 /// let section = coordinates.section().unwrap();
-/// assert!((section.area() - 0.06).abs() < 1e-12);
+/// // the corners are rounded a little
+/// assert!((section.area() - 0.06).abs() < 1e-3 * 0.06);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates<S = f64> {
