@@ -90,9 +90,7 @@ fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -
             while high + 1 < arc.len() && arc[high + 1] - arc[k] <= reach {
                 high += 1;
             }
-            // by arc length, so that the average does not depend on how the samples lie
-            let length = |j: usize| arc[(j + 1).min(arc.len() - 1)] - arc[j.saturating_sub(1)];
-            let weights = |j: usize| (1.0 - (arc[j] - arc[k]).abs() / reach) * length(j);
+            let weights = |j: usize| 1.0 - (arc[j] - arc[k]).abs() / reach;
             let norm: f64 = (low..=high).map(weights).sum();
             (low..=high).map(|j| weights(j) * curvature[j]).sum::<f64>() / norm
         })
