@@ -104,8 +104,8 @@ fn change(name: &str, start: Option<f64>, end: Option<f64>) -> String {
     let ratio = start / end;
     if start == end {
         "0".into()
-    } else if ratio > 100.0 {
-        // a fall of 99 per cent and more says little
+    } else if ratio > 100.0 && ratio < 1e9 {
+        // a fall of 99 per cent and more says little, but what has vanished has no ratio
         format!("÷ {}", engineering(ratio, 3))
     } else if percent.abs() < 1000.0 && start * end > 0.0 {
         format!("{sign}{} %", engineering(percent, 3))

@@ -166,7 +166,8 @@ impl PanelledSection {
     fn check(&self, condition: &Condition) -> Result<(), FlowError> {
         PanelSolver::default().check(condition)?;
         if let Incidence::Alpha(alpha) = condition.incidence {
-            let value = self.nodes.frame.incidence(alpha).to_degrees();
+            // without the round-off of the conversion, which the message would show
+            let value = (self.nodes.frame.incidence(alpha).to_degrees() * 1e9).round() * 1e-9;
             // written so that NaN fails
             if !(value.abs() <= LARGEST_INCIDENCE) {
                 let name = "angle between the onset flow and the chord line (degrees)";
