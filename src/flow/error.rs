@@ -63,7 +63,7 @@ pub enum FlowError {
     #[error("the flow is not converged, so that its coefficients have no derivatives")]
     NoDerivatives,
     /// A number of the operating point is out of range.
-    #[error("{name} is {value}; it must be {allowed}")]
+    #[error("{name} is {value:?}; it must be {allowed}")]
     Condition {
         /// Name of the number, with its unit where it has one.
         name: &'static str,

@@ -48,7 +48,7 @@ pub enum SectionError {
         found: usize,
     },
     /// A build parameter outside of the range in which the shape exists.
-    #[error("{name} is {value}, it must lie between {lower} and {upper}")]
+    #[error("{name} is {value:?}, it must lie between {lower:?} and {upper:?}")]
     ParameterOutOfRange {
         /// Name of the parameter.
         name: &'static str,
