@@ -1,4 +1,4 @@
-//! What the command hands out: summaries, events, failures as JSON, repairs, units and exported files.
+//! Everything that the command hands out: summaries, events, failures as JSON, repairs, units and exported files.
 
 mod common;
 

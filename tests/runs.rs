@@ -187,7 +187,7 @@ fn a_design_vector_comes_by_standard_input_too() {
     refused(&feed(r#"{"dy[1,12]": 1}"#), &["standard input", "did you mean"]);
 }
 
-/// What a shell makes of a line in which `aeroform` is the command.
+/// The result of a shell for a line in which `aeroform` is the command.
 #[cfg(unix)]
 fn shell(line: &str, folder: &Path) -> std::process::Output {
     let line = line.replace("aeroform", env!("CARGO_BIN_EXE_aeroform"));

@@ -17,7 +17,7 @@ pub enum LengthUnit {
     Foot,
 }
 
-/// What the formats write for a unit.
+/// The names of a unit in the formats.
 struct Spelling {
     unit: LengthUnit,
     symbol: &'static str,

@@ -50,7 +50,7 @@ impl Failure {
     }
 }
 
-/// What went wrong, in a sentence.
+/// The reason of the failure in a sentence.
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

@@ -9,7 +9,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub(super) struct Page<'a> {
     /// The content of `result.json`.
     pub result: &'a RunReport,
-    /// What a stranger sees first.
+    /// The verdict at the top of the page.
     pub overview: &'a Overview,
     /// The command that runs the case again.
     pub command: String,
@@ -100,7 +100,7 @@ impl Page<'_> {
         page.into_string() + "\n"
     }
 
-    /// What went down by how much, what holds it, and why it may be trusted.
+    /// The verdict: what went down by how much, what holds it, and why it may be trusted.
     fn verdict(&self) -> Markup {
         let (result, overview) = (self.result, self.overview);
         let [start, end, change] = &overview.headline;

@@ -1,4 +1,4 @@
-//! What the command says on standard error beside its progress: wrapped to the terminal, silenced by `--quiet`.
+//! Messages of the command on standard error beside its progress: wrapped to the terminal, silenced by `--quiet`.
 
 use std::fmt::Display;
 use std::io::{IsTerminal, Write};

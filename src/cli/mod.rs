@@ -100,7 +100,7 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
     }
 }
 
-/// What `--json` prints where there is no result.
+/// The JSON object that `--json` prints where there is no result.
 #[derive(serde::Serialize)]
 struct FailureReport<'a> {
     failed: &'a str,

@@ -30,7 +30,7 @@ pub(super) struct Row {
     pub end: String,
     pub change: String,
     pub bound: String,
-    /// What the bound does: holds the design, is violated, or nothing.
+    /// The effect of the bound: it holds the design, is violated, or does nothing.
     pub role: String,
     pub tone: Tone,
 }
@@ -53,7 +53,7 @@ pub(super) struct Overview {
     pub headline: [String; 3],
     /// Every quantity: the objective first.
     pub rows: Vec<Row>,
-    /// What holds the design, strongest first.
+    /// The constraints and bounds that hold the design, strongest first.
     pub holds: Vec<String>,
     /// Why it may be trusted.
     pub checks: Vec<Check>,

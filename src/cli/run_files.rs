@@ -17,11 +17,11 @@ use crate::report::json::{BoundsReport, RunReport};
 use crate::section::{Measure, Section, SeligFormat};
 use std::time::{Duration, Instant};
 
-/// What a run has found, ready to be written.
+/// The results of a run, ready to be written.
 pub(super) struct RunResults {
     /// The content of `result.json`.
     pub report: RunReport,
-    /// What the terminal and the page show first.
+    /// The part of the results that the terminal and the page show first.
     pub overview: Overview,
     derivatives: Derivatives,
     timing: FlowTiming,

@@ -301,7 +301,7 @@ impl DesignProblem {
 
     /// Deforms the workspace to its variables and gives the tangents there.
     ///
-    /// Those of a linear geometry are equal at every shape, whichever they were taken at.
+    /// The tangents of a linear geometry are equal at every shape, whichever they were taken at.
     fn prepare(&mut self) -> Result<Arc<LinearisedShape>, DesignError> {
         if let Some(tangents) = &self.tangents {
             let tangents = Arc::clone(tangents);

@@ -1,4 +1,4 @@
-//! What a run depends on, so that its answers are not taken for those of another.
+//! Everything that a run depends on, so that its answers are not taken for those of another.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -59,7 +59,7 @@ impl Identity {
     }
 }
 
-/// What has changed about a part, with the texts where they are short.
+/// The change of a part, with the texts where they are short.
 fn change(name: &str, before: &str, after: &str) -> String {
     let short = |text: &str| text.len() <= 40 && !text.contains('\n');
     if before.starts_with(HASH) && after.starts_with(HASH) {

@@ -26,7 +26,7 @@ pub(super) struct Optimality {
 }
 
 impl Optimality {
-    /// What is said of a point that has no evaluation.
+    /// The description of a point that has no evaluation.
     pub fn unknown() -> Self {
         Self { multipliers: Vec::new(), bound_multipliers: Vec::new(), residual: f64::NAN, norm: f64::NAN }
     }

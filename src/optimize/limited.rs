@@ -7,12 +7,12 @@ use std::path::Path;
 /// The content of a file of at most `most` bytes; a device that never ends is no way around.
 ///
 /// # Errors
-/// Those of the operating system; [`io::ErrorKind::FileTooLarge`] for a larger file.
+/// Errors of the operating system; [`io::ErrorKind::FileTooLarge`] for a larger file.
 pub(crate) fn read_limited(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     read_from(File::open(path)?, most)
 }
 
-/// What a stream holds, up to `most` bytes.
+/// The content of a stream, up to `most` bytes.
 ///
 /// # Errors
 /// As [`read_limited`].

@@ -1,4 +1,4 @@
-//! What a line of a coordinate file is: numbers, words, or data that was damaged.
+//! The kinds of lines in a coordinate file: numbers, words, or data that was damaged.
 
 use super::number::{Field, Oddity, Style, number, numbers, plain};
 
