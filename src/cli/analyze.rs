@@ -109,13 +109,15 @@ fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
 const DIGITS: usize = 5;
 
 fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> String {
+    // the status of a flow that was not found names the residual itself
+    let residual = if solution.is_solved() { format!("residual {:.1e}, ", solution.residual) } else { String::new() };
     let mut text = format!(
-        "{}, {} panels, {}\n{} (residual {:.1e}, {} iterations, {} s)\n",
+        "{}, {} panels, {}\n{} ({}{} iterations, {} s)\n",
         arguments.point.shape.shape,
         arguments.point.panels,
         figures::condition_text(&solution.condition),
         solution.status,
-        solution.residual,
+        residual,
         solution.iterations,
         engineering(seconds, 3)
     );

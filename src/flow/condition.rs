@@ -32,8 +32,8 @@ pub struct Condition {
     /// Amplification factor n at which the laminar layer breaks down, from 0.1 to 30. A value of 9 stands for a quiet
     /// wind tunnel.
     pub n_critical: f64,
-    /// Trip strips on the upper and on the lower side: x along the chord line in chords, above 0 and at most 1. Transition stands at the
-    /// strip at the latest; `None` leaves it free.
+    /// Trip strips on the upper and on the lower side: x along the chord line in chords, above 0 and at most
+    /// 1. Transition stands at the strip at the latest; `None` leaves it free.
     pub trips: [Option<f64>; 2],
 }
 

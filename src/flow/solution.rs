@@ -129,7 +129,8 @@ pub struct Solution {
     pub status: Status,
     /// Operating point that was asked for.
     pub condition: Condition,
-    /// Angle of attack against the x axis of the nodes in radians. The solver has found it where the lift coefficient was prescribed.
+    /// Angle of attack against the x axis of the nodes in radians. The solver has found it where the lift coefficient was
+    /// prescribed.
     pub alpha: f64,
     /// Coefficients of the section. Lift and moment come from the surface pressure, drag from the end of the wake by
     /// the formula of Squire and Young.

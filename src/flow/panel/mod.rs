@@ -2,9 +2,10 @@
 //! boundary layer.
 //!
 //! [`kernel`], [`polar`], [`outline`], [`inviscid`], [`edge`] and [`wake`] make up the flow without a layer, and
-//! [`compressibility`] corrects it. All of it works in the own [`frame`] of the section. [`coupling`] couples it with the layer. [`section`] leads from an operating point
-//! to a solution, and [`record`] keeps the state of a solution that is needed later ([`solved`]). [`outputs`] reads the
-//! coefficients off that state, and [`adjoint`] differentiates them.
+//! [`compressibility`] corrects it. All of it works in the own [`frame`] of the section. [`coupling`] couples it with
+//! the layer. [`section`] prepares a section, [`request`] leads from an operating point to a solution by way of the
+//! equations of a [`family`] of flows, and [`record`] keeps the state of a solution that is needed later ([`solved`]).
+//! [`outputs`] reads the coefficients off that state, and [`adjoint`] differentiates them.
 //!
 //! Kernels are generic over [`Scalar`](crate::scalar::Scalar); systems are factorised in `f64`. Sources: Drela, XFOIL,
 //! LNAE 54 (1989), section 2; Katz & Plotkin, "Low-Speed Aerodynamics", chapter 10.
