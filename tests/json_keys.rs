@@ -89,6 +89,7 @@ fn evaluate() {
         "gradients",
         "min_fold_indicator",
         "folded",
+        "self_intersecting",
         "repairs",
         "start",
         "bounds",

@@ -180,8 +180,10 @@ impl Case {
         gradients: Option<Vec<Vec<f64>>>,
     ) -> Result<CaseEvaluation, DesignError> {
         let objective = values.iter().zip(self.problem.objective_weights()).map(|(v, w)| v * w).sum();
-        let fold = self.problem.fold_report(&self.problem.shape(variables)?);
-        Ok(CaseEvaluation { variables: variables.to_vec(), objective, values, gradients, fold })
+        let shape = self.problem.shape(variables)?;
+        let fold = self.problem.fold_report(&shape);
+        let self_intersecting = shape.section.self_intersection().is_some();
+        Ok(CaseEvaluation { variables: variables.to_vec(), objective, values, gradients, fold, self_intersecting })
     }
 
     /// The design with the given variables, by name and in the unit of each; the others keep their start.

@@ -31,6 +31,8 @@ pub struct CaseEvaluation {
     pub gradients: Option<Vec<Vec<f64>>>,
     /// Whether the box has folded; `None` where the case has no box.
     pub fold: Option<FoldReport>,
+    /// Whether the section crosses itself.
+    pub self_intersecting: bool,
 }
 
 /// A case that could not be run.

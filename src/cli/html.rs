@@ -1,6 +1,7 @@
 //! `report.html`: one page that shows a run, without anything from the network.
 
 use super::overview::{Overview, Row, Tone};
+use crate::optimize::Termination;
 use crate::report::engineering;
 use crate::report::json::{BoundsReport, RunReport};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -115,6 +116,7 @@ impl Page<'_> {
                     small { (objective) " " } (start) " → " (end) " "
                     b.worse[worse] { (change) }
                 }
+                @if !matches!(result.status, Termination::Converged) { p { (result.message) } }
                 div.columns {
                     div {
                         h2 { "What holds it there" }
@@ -169,7 +171,7 @@ impl Page<'_> {
         let result = self.result;
         html! {
             h2 { "Details" }
-            p { (result.message) }
+            @if matches!(result.status, Termination::Converged) { p { (result.message) } }
             details {
                 summary { "All " (result.values.0.len()) " values and " (result.constraints.0.len()) " constraints" }
                 table {

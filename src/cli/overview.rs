@@ -99,16 +99,15 @@ fn change(name: &str, start: Option<f64>, end: Option<f64>) -> String {
     let (Some(start), Some(end)) = (start.filter(|v| v.is_finite()), end.filter(|v| v.is_finite())) else {
         return String::new();
     };
-    let percent = 100.0 * (end - start) / start.abs();
     let sign = if end > start { "+" } else { "" };
     let ratio = start / end;
-    if start == end {
+    if (end - start).abs() <= 1e-9 * start.abs() {
         "0".into()
     } else if ratio > 100.0 && ratio < 1e9 {
         // a fall of 99 per cent and more says little, but what has vanished has no ratio
         format!("÷ {}", engineering(ratio, 3))
-    } else if percent.abs() < 1000.0 && start * end > 0.0 {
-        format!("{sign}{} %", engineering(percent, 3))
+    } else if start > 0.0 && end > 0.0 && end < 10.0 * start {
+        format!("{sign}{} %", engineering(100.0 * (end - start) / start, 3))
     } else {
         format!("{sign}{}", shown(name, Some(end - start)))
     }
@@ -165,11 +164,13 @@ pub(super) fn groups<'a>(names: &[&'a str]) -> Vec<Group<'a>> {
     all
 }
 
-/// Violations below this are those of round-off and tolerances.
+/// Violations below this share of the bound (of 1, where the bound is 0) are those of round-off and tolerances.
 const VIOLATED: f64 = 1e-6;
 
 fn is_violated(constraint: &ConstraintReport) -> bool {
-    constraint.violation.is_some_and(|v| !(v <= VIOLATED))
+    let bounds = [constraint.lower, constraint.upper].into_iter().flatten();
+    let size = bounds.map(f64::abs).filter(|b| *b > 0.0).fold(1.0, f64::min);
+    constraint.violation.is_some_and(|v| !(v <= VIOLATED * size))
 }
 
 impl Overview {

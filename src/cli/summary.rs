@@ -42,7 +42,7 @@ pub(super) fn text(result: &RunReport, overview: &Overview, directory: &OutputDi
         text += &format!("  {mark}  {}\n", check.text);
     }
     for repair in &result.repairs {
-        text += &paragraph(&format!("repaired: {repair}\n"));
+        text += &(paragraph(&format!("repaired: {repair}")) + "\n");
     }
     text + &format!("\nresults in {}\n", directory.path().display())
 }

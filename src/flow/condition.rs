@@ -51,12 +51,12 @@ impl Condition {
         let check = |name, value: f64, ok: bool, allowed| {
             if ok { Ok(()) } else { Err(FlowError::Condition { name, value, allowed }) }
         };
-        let (name, value, limit) = match self.incidence {
+        let (name, value, limit, allowed) = match self.incidence {
             // sections may stand at any angle; solvers check that against the chord line
-            Incidence::Alpha(alpha) => ("angle of attack (degrees)", alpha.to_degrees(), 360.0),
-            Incidence::Lift(lift) => ("lift coefficient", lift, 5.0),
+            Incidence::Alpha(alpha) => ("angle of attack (degrees)", alpha.to_degrees(), 360.0, "from -360 to 360"),
+            Incidence::Lift(lift) => ("lift coefficient", lift, 5.0, "from -5 to 5"),
         };
-        check(name, value, value.abs() <= limit, "at most 360 degrees, or 5 in lift coefficient")?;
+        check(name, value, value.abs() <= limit, allowed)?;
         check("Mach number", self.mach, self.mach.is_finite() && self.mach >= 0.0, "finite, at least 0")?;
         check("Reynolds number", self.reynolds, (1e3..=1e10).contains(&self.reynolds), "from 1e3 to 1e10")?;
         let n = self.n_critical;

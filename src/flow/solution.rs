@@ -23,7 +23,7 @@ pub enum Status {
         /// Length of reversed flow in the last state over the length of the side, for the side where that is larger.
         reversed: f64,
     },
-    /// The lift coefficient that was asked for is not reached at any angle of attack. The solution is that with the
+    /// The lift coefficient that was asked for is not reached by a flow within the model. The solution is that with the
     /// largest lift that was found (the smallest, where the lift asked for is negative).
     LiftOutOfReach {
         /// Lift coefficient that was asked for.
@@ -32,6 +32,9 @@ pub enum Status {
         largest: f64,
         /// Angle of attack at that lift in radians.
         alpha: f64,
+        /// Status of the flow at the next angle, where the lift was still growing; `None` where it fell, so that the lift
+        /// above is the largest there is.
+        ended: Option<String>,
     },
     /// The iteration converged, but the flow is separated so far that an integral layer with one-parameter profiles no
     /// longer describes it: the flow at the wall is reversed over more than half of a side, counted over laminar
@@ -85,9 +88,15 @@ impl std::fmt::Display for Status {
                 write!(f, "not converged (residual {residual:.1e}; reversed flow over {percent:.0} % of a side)")
             }
             Self::NotConverged { residual, .. } => write!(f, "not converged (residual {residual:.1e})"),
-            Self::LiftOutOfReach { wanted, largest, alpha } => {
-                let extreme = if *wanted < 0.0 { "smallest" } else { "largest" };
+            Self::LiftOutOfReach { wanted, largest, alpha, ended } => {
                 let degrees = alpha.to_degrees();
+                if let Some(status) = ended {
+                    return write!(
+                        f,
+                        "CL {wanted} is not reached: beyond CL {largest:.4} at {degrees:.2} degrees the flow is {status}"
+                    );
+                }
+                let extreme = if *wanted < 0.0 { "smallest" } else { "largest" };
                 write!(f, "CL {wanted} is beyond the {extreme} lift {largest:.4} at {degrees:.2} degrees")
             }
             Self::Separated { extent } => {

@@ -337,7 +337,7 @@ fn a_lift_out_of_reach_is_named_with_the_largest_one() {
     };
     for sign in [1.0, -1.0] {
         let s = solve(sign * 2.5);
-        let Status::LiftOutOfReach { wanted, largest, alpha } = s.status else { panic!("{}", s.status) };
+        let Status::LiftOutOfReach { wanted, largest, alpha, ended: None } = s.status else { panic!("{}", s.status) };
         assert_eq!((wanted, s.coefficients.cl, s.alpha), (sign * 2.5, largest, alpha));
         assert!((1.2..1.6).contains(&(sign * largest)), "{largest}");
         assert!(s.gradients().is_none() && !s.is_reliable() && !s.is_solved());
@@ -345,6 +345,10 @@ fn a_lift_out_of_reach_is_named_with_the_largest_one() {
         let near = solve(0.98 * largest);
         assert!(near.is_reliable(), "{}", near.status);
     }
+    // where the model ends before the lift falls, that is the reason
+    let condition = Condition { incidence: Incidence::Lift(1.2), mach: 0.5, reynolds: 1e6, ..at(0.0) };
+    let s = section.analyze(&condition, &Settings::default(), None).unwrap();
+    assert!(s.status.to_string().contains("is not reached") && s.status.to_string().contains("supersonic"));
 }
 
 #[test]

@@ -192,7 +192,10 @@ impl PanelRecord {
 /// drag are missing. A flow that was not found is supersonic without boundary layer.
 pub(super) fn supersonic(mach: f64, converged: bool) -> Status {
     let which = if converged { "" } else { " without boundary layer" };
-    let reason = format!("(local Mach number {mach:.2}{which}): shocks are beyond this solver").into();
+    // beyond the speed at which the correction ends there is no number
+    let number =
+        if mach.is_finite() { format!("local Mach number {mach:.2}{which}") } else { "far".to_string() + which };
+    let reason = format!("({number}): shocks are beyond this solver").into();
     Status::OutsideModel { name: "supersonic".into(), value: mach, reason, converged }
 }
 

@@ -88,12 +88,17 @@ impl Request<'_> {
         Ended { record: PanelRecord::new(sought, end), attempts, residual, iterations, converged }
     }
 
+    fn status(&self, ended: &Ended) -> Status {
+        if ended.converged { ended.record.status() } else { self.failure(&ended.record, ended.residual) }
+    }
+
     fn report(&self, ended: Ended) -> Solution {
-        let Ended { record, attempts, residual, iterations, converged } = ended;
+        let status = self.status(&ended);
+        let Ended { record, attempts, residual, iterations, .. } = ended;
         let coefficients = record.coefficients();
         let cd_friction = record.friction_drag();
         Solution {
-            status: if converged { record.status() } else { self.failure(&record, residual) },
+            status,
             condition: self.condition,
             alpha: record.nodes.frame.alpha(record.flow.alpha),
             coefficients,
@@ -160,16 +165,19 @@ impl Request<'_> {
         let [mut step, least] = SWEEP_STEPS;
         let mut best = self.at(self.inviscid_angle(0.0), None);
         let mut at = (best.angle(), best.record.unknowns.clone());
+        // why the last step was not taken
+        let mut ended = None;
         while best.is_reliable() && step >= least {
             let next = self.solve(at.0 + sign * step, Some(at.1.clone()), settings);
             if !next.is_reliable() || next.angle().abs() > LARGEST_ANGLE {
+                ended = (!next.is_reliable()).then(|| self.status(&next).to_string());
                 step *= 0.5;
                 continue;
             }
             at = (next.angle(), next.record.unknowns.clone());
             let gain = sign * (next.lift() - best.lift());
             if sign * (next.lift() - lift) >= 0.0 {
-                match self.newton_on_lift(lift, Some(at)) {
+                match self.newton_on_lift(lift, Some(at.clone())) {
                     Ok(found) => return self.report(found),
                     Err(_) => break,
                 }
@@ -183,8 +191,10 @@ impl Request<'_> {
         if !best.is_reliable() {
             return self.report(last);
         }
+        // a lift that fell at the end had its largest value
+        let ended = ended.filter(|_| at.0 == best.angle());
         let (largest, alpha) = (best.lift(), self.nodes.frame.alpha(best.angle()));
-        Solution { status: Status::LiftOutOfReach { wanted: lift, largest, alpha }, ..self.report(best) }
+        Solution { status: Status::LiftOutOfReach { wanted: lift, largest, alpha, ended }, ..self.report(best) }
     }
 
     fn stream(&self) -> Stream {

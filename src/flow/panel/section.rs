@@ -167,7 +167,7 @@ impl PanelledSection {
         PanelSolver::default().check(condition)?;
         if let Incidence::Alpha(alpha) = condition.incidence {
             // without the round-off of the conversion, which the message would show
-            let value = (self.nodes.frame.incidence(alpha).to_degrees() * 1e9).round() * 1e-9;
+            let value = (self.nodes.frame.incidence(alpha).to_degrees() * 1e9).round() / 1e9;
             // written so that NaN fails
             if !(value.abs() <= LARGEST_INCIDENCE) {
                 let name = "angle between the onset flow and the chord line (degrees)";

@@ -22,6 +22,8 @@ pub struct EvaluationReport {
     pub min_fold_indicator: Option<f64>,
     /// Whether the box has folded; `None` without a box.
     pub folded: Option<bool>,
+    /// Whether the section crosses itself.
+    pub self_intersecting: bool,
     /// A sentence for everything that was mended in the files of the case.
     pub repairs: Vec<String>,
     /// Start of every variable, in its own unit.
@@ -73,6 +75,7 @@ impl EvaluationReport {
             gradients: gradients.map(|g| Named::new(names, g.iter().map(|g| Named::by_variable(&case.problem, g)))),
             min_fold_indicator: evaluation.fold.map(|f| f.smallest_indicator),
             folded: evaluation.fold.map(|f| f.folded),
+            self_intersecting: evaluation.self_intersecting,
             repairs: case.repairs(),
             start: by_variable(&|v| v.start),
             bounds: Named::new(&description.variable_names, variables.iter().map(|v| BoundsReport::from(v.bounds))),

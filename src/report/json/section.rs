@@ -1,7 +1,7 @@
 //! A section and its measures.
 
 use super::Named;
-use crate::section::{Measure, Section, SectionDefinition, TrailingEdge};
+use crate::section::{Coordinates, Measure, Repair, Section, SectionDefinition, TrailingEdge};
 use serde::Serialize;
 
 /// A section: its measures and its curve.
@@ -83,6 +83,7 @@ impl SectionReport {
             measures: Named(Self::MEASURES.map(|(m, _)| (m.name(), value(m).filter(|v| v.is_finite()))).into()),
             centroid: section.centroid().ok(),
             length_unit: match (definition, unit) {
+                (SectionDefinition::Coordinates(c), _) if is_normalized(c) => "chord".into(),
                 (SectionDefinition::Coordinates(_), Some(unit)) => unit.to_string(),
                 (SectionDefinition::Coordinates(_), None) => "unit of the file".into(),
                 _ => "chord".into(),
@@ -102,6 +103,11 @@ impl SectionReport {
             },
         }
     }
+}
+
+/// Whether the points of a file were brought to chord 1.
+fn is_normalized(coordinates: &Coordinates) -> bool {
+    coordinates.repairs().iter().any(|repair| matches!(repair, Repair::Normalized { .. }))
 }
 
 /// A sentence for everything that was mended in the points of a file, beginning with the name of the section; empty where
