@@ -67,8 +67,10 @@ struct Patch<const D: usize> {
 }
 
 impl<const D: usize> Inversion<D> {
+    /// Divides the box into the patches in which points are searched, once for all points.
+    ///
     /// # Errors
-    /// None that a box that has been built can give.
+    /// The errors of evaluating the box; a box that has been built gives none.
     pub fn new(lattice: &FfdBox<f64, D>) -> Result<Self, FfdError> {
         let (low, high) = bounds(lattice.control_points());
         let size: [f64; D] = std::array::from_fn(|d| high[d] - low[d]);

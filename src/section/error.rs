@@ -288,7 +288,7 @@ pub enum CoordinateError {
         last: usize,
     },
     /// A fitted curve that has little to do with the points.
-    #[error("the curve leaves the points by {distance:.3} near line {line}; {}", advice(*.fitted))]
+    #[error("the curve leaves the points by {} near line {line}; {}", figures(*.distance), advice(*.fitted))]
     FarFromPoints {
         /// Largest distance of the curve from the polygon through the points, in the unit of the file.
         distance: f64,
@@ -334,7 +334,7 @@ pub enum CoordinateError {
         y: f64,
     },
     /// One surface ends far before the other: points are missing.
-    #[error("line {line}: the outline ends {distance:.3} short of the trailing edge; points are missing")]
+    #[error("line {line}: the outline ends {} short of the trailing edge; points are missing", figures(*.distance))]
     Unfinished {
         /// Line of the end that falls short.
         line: usize,
@@ -354,6 +354,16 @@ pub enum CoordinateError {
         /// Ordinate of the crossing.
         y: f64,
     },
+}
+
+/// A length in three significant digits.
+fn figures(length: f64) -> String {
+    // rounding may carry into another digit
+    let exponent = format!("{length:.2e}").split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
+    match usize::try_from(2 - exponent) {
+        Ok(decimals) if decimals <= 5 => format!("{length:.decimals$}"),
+        _ => format!("{length:.2e}"),
+    }
 }
 
 fn columns(found: usize) -> String {

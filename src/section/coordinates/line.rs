@@ -129,6 +129,23 @@ pub(super) fn heads_columns(line: &str) -> bool {
     lower.trim().starts_with("sep=") || named('x') && (named('y') || named('z')) && names.iter().all(known)
 }
 
+/// Whether a line heads the points of a camber line or of a chord, which are no part of the outline.
+pub(super) fn heads_mean_line(line: &str) -> bool {
+    let heading = heading(line);
+    ["camber line", "camberline", "mean line", "mean camber line", "chord line"].contains(&heading.as_str())
+}
+
+/// Whether a line heads the points of the outline among other blocks of points.
+pub(super) fn heads_surface(line: &str) -> bool {
+    ["airfoil surface", "aerofoil surface"].contains(&heading(line).as_str())
+}
+
+/// The words of a heading in small letters, without the separators of a table.
+fn heading(line: &str) -> String {
+    let (text, _) = plain(line);
+    text.to_lowercase().trim_matches(|c: char| c.is_whitespace() || ",;:\"".contains(c)).into()
+}
+
 /// The number that counts points in a line such as `51 Num Pnts Upper` or `400 NumCoords`.
 pub(super) fn labelled_count(line: &str) -> Option<usize> {
     let (text, _) = plain(line);

@@ -3,10 +3,11 @@
 use super::columns::{self, Row};
 use super::elements::elements;
 use super::encoding::decode;
-use super::line::{Line, classify, heads_columns, labelled_count, symmetry_flag};
+use super::line::{Line, classify, heads_columns, heads_mean_line, heads_surface, labelled_count, symmetry_flag};
 use super::number::{Field, Oddity, Style, decimal_comma_vote, plain};
 use super::point::Point;
 use super::repair::{Repair, record};
+use crate::plane::distance;
 use crate::section::CoordinateError;
 
 /// The contents of a file: points in the order of the file, and where it was divided.
@@ -75,6 +76,8 @@ struct Scan {
     breaks: Vec<usize>,
     /// Counts with a label before the first row: line and number.
     counts: Vec<(usize, usize)>,
+    /// Whether the block of the line in the middle or of the chord is being passed over.
+    within_mean_line: bool,
     repairs: Vec<Repair>,
 }
 
@@ -87,6 +90,9 @@ impl Scan {
                 Line::Comment => {}
                 Line::Blank => scan.divide(),
                 Line::Numbers(fields, _) if scan.is_missing_title(&fields) => scan.title = Some(line.trim().into()),
+                Line::Numbers(..) if scan.within_mean_line => {
+                    record(&mut scan.repairs, Repair::MeanLineIgnored { count: 1, line: number });
+                }
                 Line::Numbers(fields, oddity) => {
                     scan.note(number, oddity);
                     scan.rows.push(Row { line: number, fields });
@@ -94,12 +100,20 @@ impl Scan {
                         return Err(CoordinateError::TooManyPoints { found: scan.rows.len(), most: MOST });
                     }
                 }
+                Line::Words if scan.rows.len() + usize::from(scan.within_mean_line) > 0 && heads_columns(line) => {
+                    scan.divide();
+                }
+                Line::Words if heads_mean_line(line) => {
+                    scan.divide();
+                    scan.within_mean_line = true;
+                }
+                Line::Words if heads_surface(line) && (scan.within_mean_line || scan.rows.is_empty()) => {
+                    scan.within_mean_line = false;
+                }
                 Line::Words if scan.rows.is_empty() => scan.head(number, line),
                 Line::Words => {
                     scan.divide();
-                    if !heads_columns(line) {
-                        record(&mut scan.repairs, Repair::RemarkIgnored { count: 1, line: number });
-                    }
+                    record(&mut scan.repairs, Repair::RemarkIgnored { count: 1, line: number });
                 }
                 Line::Damaged(_) if scan.rows.is_empty() && !is_like_a_point(line) => scan.head(number, line),
                 Line::Damaged(text) => return Err(CoordinateError::NotANumber { line: number, text }),
@@ -145,11 +159,12 @@ impl Scan {
     }
 }
 
-/// A title without quotation marks, and without the word that Tecplot puts before it.
+/// A title without quotation marks, and without the word that Tecplot or a table puts before it.
 fn title(line: &str) -> String {
     let line = line.trim();
     let tecplot = line.split_once('=').filter(|(word, _)| word.trim().eq_ignore_ascii_case("title"));
-    tecplot.map_or(line, |(_, title)| title).trim().trim_matches('"').trim().into()
+    let table = line.split_once(',').filter(|(word, _)| word.trim().eq_ignore_ascii_case("name"));
+    tecplot.or(table).map_or(line, |(_, title)| title).trim().trim_matches('"').trim().into()
 }
 
 /// Whether a damaged line before the first point may have been a point: two or three parts with digits, one with a
@@ -174,6 +189,8 @@ struct Table {
     inner: Vec<(usize, usize, usize)>,
     /// Counts that a label explains.
     labelled: Vec<(usize, usize)>,
+    /// Whether the first row, and no other one, is written in whole numbers.
+    whole_first: bool,
     /// Line and numbers of the domain of a flow solver.
     domain: Option<(usize, [f64; 4])>,
     surfaces: Option<[usize; 2]>,
@@ -183,12 +200,14 @@ struct Table {
 
 impl Table {
     fn of(scan: Scan, lines: &[&str]) -> Result<Self, CoordinateError> {
-        let Scan { title, rows, breaks, counts: labelled, mut repairs } = scan;
+        let Scan { title, rows, breaks, counts: labelled, mut repairs, .. } = scan;
         let width = columns::usual_width(&rows);
         let data: Vec<Row> = rows.iter().filter(|row| row.fields.len() == width).cloned().collect();
         let (picked, found) = columns::coordinates(&data, width)?;
         repairs.extend(found);
         let step = step(&data, picked);
+        let whole = |row: &Row| row.fields.iter().all(|field| field.whole);
+        let whole_first = data.iter().position(whole) == Some(0) && !data.iter().skip(1).any(whole);
         let mut table = Self {
             title,
             points: Vec::with_capacity(data.len()),
@@ -197,6 +216,7 @@ impl Table {
             leading: Vec::new(),
             inner: Vec::new(),
             labelled,
+            whole_first,
             domain: None,
             surfaces: None,
             repairs,
@@ -329,7 +349,9 @@ impl Table {
         }
         // in a Selig file of unusual units the first line would be an ordinary point of the outline
         let largest = self.points[1..].iter().flat_map(|p| p.xy).fold(0.0f64, |m, c| m.max(c.abs()));
-        if a.min(b) <= 1.5 * largest {
+        let end = self.points.last().map_or([a, b], |p| p.xy);
+        let is_header = self.whole_first && distance([a, b], end) > 0.1 * largest;
+        if a.min(b) <= 1.5 * largest && !is_header {
             return Ok(());
         }
         let text = lines.get(line - 1).map_or("", |text| text.trim());
@@ -397,12 +419,16 @@ impl Table {
 }
 
 /// Unit of the last digit of the finer coordinate: stations along the chord are often whole percents, and exact. Zeros at
-/// the end may have been left out, so the most digits count.
+/// the end may have been left out, so the most digits count; numbers with exponents have units of their own, of which the
+/// middle one counts.
 fn step(rows: &[Row], picked: [usize; 2]) -> f64 {
     let of_column = |c: usize| {
         let fields = || rows.iter().filter_map(move |row| row.fields.get(c));
         let decimals = fields().map(|field| field.decimals).max().unwrap_or(0);
-        let exponent = fields().map(|field| field.exponent).max().unwrap_or(0);
+        // a zero may have any exponent
+        let mut exponents: Vec<i32> = fields().filter(|field| field.value != 0.0).map(|field| field.exponent).collect();
+        exponents.sort_unstable();
+        let exponent = exponents.get(exponents.len() / 2).copied().unwrap_or(0);
         10f64.powi(exponent.clamp(-300, 300) - decimals.clamp(0, 300))
     };
     picked.into_iter().map(of_column).fold(f64::INFINITY, f64::min)

@@ -46,7 +46,8 @@ use strays::gaps;
 ///
 /// Points are kept as they stand, in their own unit, place and angle ([`chord`](Self::chord) tells); see
 /// [`normalized`](Self::normalized). Only a section with its nose to the right is mirrored left to right (what is above
-/// stays above), and one that stands upright and runs clockwise has x and y exchanged. Everything of this kind is
+/// stays above) or, where its direction and camber tell that it was turned by 180 degrees, turned back; and one that
+/// stands upright and runs clockwise has x and y exchanged. Everything of this kind is
 /// recorded in [`repairs`](Self::repairs), and what cannot be mended without guessing is refused with the line.
 ///
 /// ```
@@ -130,16 +131,19 @@ impl<S: Scalar> Coordinates<S> {
     /// would be, but not smoothed, since points in memory have no last digit.
     ///
     /// # Errors
-    /// As [`parse`](Coordinates::parse), with lines counted from zero points.
+    /// As [`parse`](Coordinates::parse), and more points than are read. Where an error or a repair names a line, it means
+    /// the number of the point, counted from one.
     pub fn from_points(name: &str, points: &[impl Into<[S; 2]> + Copy]) -> Result<Self, CoordinateError> {
         let given: Vec<[S; 2]> = points.iter().map(|&p| p.into()).collect();
-        if let Some(value) = given.iter().flatten().map(|c| c.re()).find(|c| !listing::usable(*c)) {
-            return Err(CoordinateError::Value { line: 0, value });
+        for (line, point) in (1..).zip(&given) {
+            if let Some(value) = point.iter().map(|c| c.re()).find(|c| !listing::usable(*c)) {
+                return Err(CoordinateError::Value { line, value });
+            }
         }
         if given.len() > listing::MOST {
             return Err(CoordinateError::TooManyPoints { found: given.len(), most: listing::MOST });
         }
-        let points = given.iter().map(|p| Point { xy: p.map(|c| c.re()), line: 0, source: 0 }).collect();
+        let points = (1..).zip(&given).map(|(line, p)| Point { xy: p.map(|c| c.re()), line, source: 0 }).collect();
         Self::mended(Listing { title: Some(name.into()), points, ..Listing::default() }, &given)
     }
 
@@ -201,6 +205,8 @@ impl<S: Scalar> Coordinates<S> {
         }
         if plan.drawn.is_some() {
             self.repairs.push(Repair::DrawnToPolygon { excess: plan.excess });
+        } else if plan.leaves_area() {
+            self.repairs.push(Repair::FewPoints { excess: plan.excess });
         }
         match (plan.fit, plan.smoothing) {
             (Fit::Interpolate, None) => {}
@@ -233,7 +239,7 @@ impl<S: Scalar> Coordinates<S> {
         &self.repairs
     }
 
-    /// Sharp where the outline is closed.
+    /// The kind of trailing edge: sharp where the outline is closed, blunt where its two ends lie apart.
     pub fn trailing_edge(&self) -> TrailingEdge {
         self.trailing_edge
     }
@@ -351,5 +357,7 @@ impl<S: Scalar> Coordinates<S> {
     }
 }
 
+#[cfg(test)]
+mod hostile_tests;
 #[cfg(test)]
 mod tests;

@@ -24,11 +24,19 @@ const NOSE_RIGHT: f64 = 120.0 * std::f64::consts::PI / 180.0;
 /// Chords turned between this and its supplement stand upright.
 const UPRIGHT: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
+/// A gap between the ends of the list of more than this share of the extent is a wide base.
+const WIDE_BASE: f64 = 0.02;
+/// A centroid below the chord by this share of the extent is that of a section cambered downwards.
+const CAMBERED: f64 = 1e-3;
+
 /// Finds how a section lies, and mirrors one with its nose to the right or exchanges the axes of one that stands upright
 /// and runs clockwise. Returns the linear map that was applied too.
 pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> (Lie, [[f64; 2]; 2]) {
     let turn = turn(points, extent);
-    let map = if turn.abs() > NOSE_RIGHT {
+    let map = if turn.abs() > NOSE_RIGHT && runs_as_turned(points, extent) {
+        record(repairs, Repair::TurnedBack);
+        [[-1.0, 0.0], [0.0, -1.0]]
+    } else if turn.abs() > NOSE_RIGHT {
         record(repairs, Repair::Mirrored);
         [[-1.0, 0.0], [0.0, 1.0]]
     } else if turn > UPRIGHT && signed_area(points) < 0.0 {
@@ -48,7 +56,33 @@ pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair
     (Lie::turned(turn), map)
 }
 
+/// Whether a section with its nose to the right was turned by 180 degrees: it runs counter-clockwise, as no mirrored
+/// section does that begins with its upper surface, and mirrored left to right it would be cambered downwards.
+fn runs_as_turned(points: &[Point], extent: f64) -> bool {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return false };
+    let tail = middle(first.xy, last.xy);
+    let farthest = points.iter().map(|p| p.xy).max_by(|a, b| distance(*a, tail).total_cmp(&distance(*b, tail)));
+    let Some(nose) = farthest.filter(|_| signed_area(points) > 0.0) else { return false };
+    let chord = distance(nose, tail);
+    // the list may begin at the nose: towards the right in any case
+    let axis = minus(nose, tail).map(|c| c / chord.copysign(nose[0] - tail[0]));
+    // moment of the area about the chord, from the triangles at the tail; above the chord is left of `axis`
+    let pieces = points.windows(2).map(|w| {
+        let (p, q) = (minus(w[0].xy, tail), minus(w[1].xy, tail));
+        let area = 0.5 * cross(p, q);
+        [area, area * (cross(axis, p) + cross(axis, q)) / 3.0]
+    });
+    let [area, moment] = pieces.fold([0.0; 2], |sum, piece| [sum[0] + piece[0], sum[1] + piece[1]]);
+    moment < -CAMBERED * extent * area
+}
+
 impl Lie {
+    /// Angle of the chord if it stands upright.
+    pub fn upright(self) -> Option<f64> {
+        let turn = self.axis[1].atan2(self.axis[0]);
+        (turn.abs() > UPRIGHT * (1.0 + 1e-9)).then_some(turn)
+    }
+
     /// The chord along x.
     pub fn level() -> Self {
         Self { axis: [1.0, 0.0] }
@@ -102,7 +136,10 @@ fn turn(points: &[Point], extent: f64) -> f64 {
     let nearer = distance(start, a) <= distance(start, b);
     let right = a[0] >= b[0];
     let (a, b) = if (begins && nearer) || (!begins && right) { (a, b) } else { (b, a) };
-    let ((kind, width), (other, other_width)) = (end(points, a, b), end(points, b, a));
+    // a wide base is judged from its middle, not from the corner that is farther away
+    let has_base = begins && distance(first.xy, last.xy) > WIDE_BASE * extent;
+    let tail = if has_base && distance(start, a) < 0.25 * extent { start } else { a };
+    let ((kind, width), (other, other_width)) = (end(points, tail, b), end(points, b, tail));
     let tail_is_a = match (kind, other) {
         (End::Round, End::Sharp) => false,
         (End::Sharp, End::Round) => true,

@@ -29,6 +29,12 @@ const SAME: f64 = 1e-8;
 const CLOSED: f64 = 1e-6;
 /// A surface that ends further (in extents) before the other has lost points.
 const LONGEST_COMPLETION: f64 = 0.05;
+/// Points behind both ends of the list by more than this share of the extent belong to the trailing edge.
+const AFT: f64 = 0.002;
+/// A surface that ends before the other by more than this share of the extent ends short of the trailing edge.
+const SHORT: f64 = 0.002;
+/// Most of the sides nearby that one missing side of a surface can be as long as.
+const MISSING_SIDES: f64 = 2.0;
 /// A step of this share of the extent divides two surfaces listed one after the other.
 const LEAP: f64 = 0.75;
 
@@ -52,6 +58,9 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
         let trailing_edge = mend.round(&mut points)?;
         if points == before && mend.repairs == recorded {
             let Some((i, j, [x, y])) = polygon_crossing(&points) else {
+                if let Some(turn) = lie.upright() {
+                    mend.repairs.push(Repair::Upright { turn });
+                }
                 report_spikes(&points, extent, step, &mut mend.repairs);
                 report_ends(&points, extent, step, &mut mend.repairs);
                 return Ok(Outline { points, trailing_edge, repairs: mend.repairs, map });
@@ -194,7 +203,10 @@ impl Mend {
         let foremost = points.iter().map(x).fold(f64::INFINITY, f64::min);
         let Some((first, last)) = points.first().zip(points.last()) else { return };
         let middle = 0.5 * (rearmost + foremost);
-        if x(first) > middle && x(last) > middle {
+        // a list that begins on a surface behind mid-chord has points behind both of its ends
+        let ends = x(first).max(x(last));
+        let begins_behind = x(first).min(x(last)) > middle;
+        if begins_behind && rearmost - ends <= AFT * extent {
             return;
         }
         let closed = distance(first, last) <= CLOSED * extent;
@@ -247,23 +259,54 @@ impl Mend {
         }
     }
 
-    /// Closes a loop of which one surface ends short of the other: the file names the trailing edge only once.
+    /// Closes a loop of which one surface ends short of the other, because the file names the trailing edge only once,
+    /// and drops a point of reference near the trailing edge.
     fn complete_tail(&mut self, points: &mut Vec<Point>, extent: f64) -> Result<(), CoordinateError> {
-        let Some((&first, &last)) = points.first().zip(points.last()) else { return Ok(()) };
-        let [along, across] = self.lie.components(minus(first.xy, last.xy));
-        if along.abs() > 0.002 * extent && along.abs() > 2.0 * across.abs() {
-            let distance = length([along, across]);
-            if distance > LONGEST_COMPLETION * extent {
-                let line = if along > 0.0 { last.line } else { first.line };
-                return Err(CoordinateError::Unfinished { line, distance });
-            }
-            if along > 0.0 {
-                points.push(first);
-            } else {
-                points.insert(0, last);
-            }
-            self.repairs.push(Repair::TrailingEdgeCompleted { distance });
+        let n = points.len();
+        let [from, to] = [points[0], points[n - 1]];
+        let lie = self.lie;
+        let apart = |a: &Point, b: &Point| lie.components(minus(a.xy, b.xy));
+        let is_short = |[along, across]: [f64; 2]| along.abs() > SHORT * extent && along.abs() > 2.0 * across.abs();
+        let gap = apart(&from, &to);
+        if !is_short(gap) {
+            return Ok(());
         }
+        let distance = length(gap);
+        // the shorter of the two sides at an end is one of the surface, even where that end is a point of reference
+        let side = |a: usize, b: usize, c: usize| {
+            self::distance(&points[a], &points[b]).min(self::distance(&points[b], &points[c]))
+        };
+        let spacing = side(0, 1, 2).max(side(n - 1, n - 2, n - 3));
+        let first_is_stray = !is_short(apart(&points[1], &to));
+        let last_is_stray = !is_short(apart(&from, &points[n - 2]));
+        // a surface does not run back from its end towards the trailing edge
+        let (end, inner, is_stray) =
+            if gap[0] > 0.0 { (&to, &points[n - 2], last_is_stray) } else { (&from, &points[1], first_is_stray) };
+        let runs_back = is_stray && lie.along(inner) > lie.along(end);
+        if distance > MISSING_SIDES * spacing || runs_back {
+            let stray = match (first_is_stray, last_is_stray) {
+                _ if n <= FEWEST => None,
+                (true, false) => Some(0),
+                (false, true) => Some(n - 1),
+                (true, true) => Some(if gap[0] > 0.0 { n - 1 } else { 0 }),
+                (false, false) => None,
+            };
+            if let Some(stray) = stray {
+                let line = points.remove(stray).line;
+                self.record(Repair::StrayDropped { count: 1, line });
+                return Ok(());
+            }
+        }
+        if distance > (LONGEST_COMPLETION * extent).min(MISSING_SIDES * spacing) {
+            let line = if gap[0] > 0.0 { to.line } else { from.line };
+            return Err(CoordinateError::Unfinished { line, distance });
+        }
+        if gap[0] > 0.0 {
+            points.push(from);
+        } else {
+            points.insert(0, to);
+        }
+        self.repairs.push(Repair::TrailingEdgeCompleted { distance });
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 
 use super::curve::{Fit, Plan, extent, turn};
 use super::deviation::{deviation, off_polygon};
-use super::rounding::rounding_fit;
+use super::rounding::{rounding_fit, signed_turn};
 use crate::plane::{cross, distance, minus};
 use crate::section::measures::outline_crossing;
 use crate::section::{CoordinateError, Section, SectionError, TrailingEdge};
@@ -19,15 +19,22 @@ const BULGE: f64 = 0.01;
 const SMALL: f64 = 1e-3;
 /// Areas of curve and polygon may differ by this share of the polygon's, where sides were kept straight.
 const EXCESS: f64 = 0.01;
-/// And by this share elsewhere: few points on a round outline let them differ so.
+/// Areas of a smooth curve and of the polygon through few points may differ by this share of the polygon's; more is
+/// reported.
 const MOST_EXCESS: f64 = 0.03;
+/// A turn by more (radians) between straight runs is a corner.
+const CORNER: f64 = 1.0;
+/// A straight run beside a corner is at least this share of the extent long.
+const RUN: f64 = 0.15;
+/// Turns below this (radians) are those of a straight run.
+const QUIET: f64 = 0.05;
 /// Rounds in which sides are straightened; each may show further ones.
 const ROUNDS: usize = 12;
 
 /// The plan for these points, the digits of which end at `step` (zero where this is not known).
 pub(super) fn plan(points: &[[f64; 2]], fit: Fit, step: f64) -> Result<Plan, SectionError> {
     let outline = Shape::of(points);
-    let mut straight = vec![false; points.len() - 1];
+    let mut straight = outline.sides_at_corners();
     let mut crossing = None;
     for _ in 0..ROUNDS {
         let plan = Plan::with(points, &straight, Fit::Interpolate)?;
@@ -45,7 +52,7 @@ pub(super) fn plan(points: &[[f64; 2]], fit: Fit, step: f64) -> Result<Plan, Sec
     }
     if let Some(crossing) = crossing.filter(|_| fit == Fit::Interpolate) {
         let [x, y] = crossing.point;
-        return Err(CoordinateError::CurveCrossing { x, y }.into());
+        return smoothed(points, step)?.ok_or(CoordinateError::CurveCrossing { x, y }.into());
     }
     let mut plan = Plan::with(points, &straight, fit)?;
     if fit == Fit::Interpolate && plan.corners.is_empty() {
@@ -55,6 +62,15 @@ pub(super) fn plan(points: &[[f64; 2]], fit: Fit, step: f64) -> Result<Plan, Sec
     let curve = plan.curve(points)?;
     plan.deviation = deviation(&plan, points, &curve);
     Ok(plan)
+}
+
+/// The plan of a curve that smooths points whose rounding alone makes a curve through them cross itself.
+fn smoothed(points: &[[f64; 2]], step: f64) -> Result<Option<Plan>, SectionError> {
+    let mut plan = Plan::with(points, &vec![false; points.len() - 1], Fit::Interpolate)?;
+    plan.smoothing = rounding_fit(&plan, points, step);
+    let curve = plan.curve(points)?;
+    plan.deviation = deviation(&plan, points, &curve);
+    Ok(Some(plan).filter(|plan| plan.smoothing.is_some() && outline_crossing(&curve).is_none()))
 }
 
 /// Decides whether the curve is drawn towards the polygon, so that the areas agree.
@@ -68,9 +84,8 @@ fn draw_to_polygon(plan: &mut Plan, points: &[[f64; 2]], polygon: f64) -> Result
         Ok::<_, SectionError>(section.area() / polygon - 1.0)
     };
     plan.excess = excess(plan)?;
-    let most = if plan.straight.is_empty() { MOST_EXCESS } else { EXCESS };
-    // written so that NaN fails
-    if plan.excess.abs() <= most || !plan.excess.is_finite() {
+    // a smooth curve is truer to a round outline than its polygon
+    if plan.straight.is_empty() || plan.excess.abs() <= EXCESS || !plan.excess.is_finite() {
         return Ok(());
     }
     let straight = excess(&Plan { drawn: Some(0.0), ..plan.clone() })?;
@@ -78,6 +93,13 @@ fn draw_to_polygon(plan: &mut Plan, points: &[[f64; 2]], polygon: f64) -> Result
     // the area is linear in the data
     plan.drawn = Some(((wanted - straight) / (plan.excess - straight)).clamp(0.0, 1.0));
     Ok(())
+}
+
+impl Plan {
+    /// Whether an undrawn curve encloses clearly more or less than the polygon.
+    pub(super) fn leaves_area(&self) -> bool {
+        self.drawn.is_none() && self.excess.abs() > MOST_EXCESS
+    }
 }
 
 /// The polygon through the points.
@@ -91,6 +113,40 @@ impl<'a> Shape<'a> {
     fn of(points: &'a [[f64; 2]]) -> Self {
         let area: f64 = points.windows(2).map(|w| 0.5 * cross(minus(w[0], points[0]), minus(w[1], points[0]))).sum();
         Self { points, extent: extent(points), area: area.abs() }
+    }
+
+    /// Sides at corners between straight runs; a square end has two corners beside each other.
+    fn sides_at_corners(&self) -> Vec<bool> {
+        let last = self.points.len() - 1;
+        let mut straight = vec![false; last];
+        for i in (1..last).filter(|&i| turn(self.points, i) > CORNER) {
+            if self.runs_straight(i, false) && self.runs_straight(i, true) {
+                (straight[i - 1], straight[i]) = (true, true);
+            }
+        }
+        straight
+    }
+
+    /// Whether a corner stands at the end of a straight run, or the one beside it does that turns in the same sense.
+    fn runs_straight(&self, corner: usize, forward: bool) -> bool {
+        let last = self.points.len() - 1;
+        let next = |i: usize| if forward { Some(i + 1).filter(|&i| i <= last) } else { i.checked_sub(1) };
+        let signed = |i: usize| signed_turn(self.points, i);
+        let Some(beside) = next(corner) else { return false };
+        let is_square = 0 < beside && beside < last && signed(beside) * signed(corner).signum() > CORNER;
+        let start = if is_square { beside } else { corner };
+        let (mut length, mut at) = (0.0, start);
+        while let Some(i) = next(at) {
+            length += distance(self.points[at], self.points[i]);
+            if length >= RUN * self.extent {
+                return true;
+            }
+            if i == 0 || i == last || signed(i).abs() > QUIET {
+                return false;
+            }
+            at = i;
+        }
+        false
     }
 
     /// Sides that the curve leaves by more than a smooth curve through well-spaced points would.

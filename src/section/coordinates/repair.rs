@@ -2,8 +2,8 @@
 
 /// A change that was made to the points of a file, or an assumption or a warning about them; one per kind, with a count.
 ///
-/// Line numbers count from one and name the first place; 0 where the points came from memory. Lengths are in the unit
-/// of the file.
+/// Line numbers count from one and name the first place; where the points came from memory, they are numbers of points from
+/// one. Lengths are in the unit of the file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Repair {
@@ -11,6 +11,14 @@ pub enum Repair {
     #[error("{} of text passed over, the first in line {line}", lines(*.count))]
     RemarkIgnored {
         /// Number of lines.
+        count: usize,
+        /// Line of the first.
+        line: usize,
+    },
+    /// Points of a camber line or of a chord, in a block with such a heading, were passed over.
+    #[error("{} of a camber or chord line passed over, the first in line {line}", points(*.count))]
+    MeanLineIgnored {
+        /// Number of points.
         count: usize,
         /// Line of the first.
         line: usize,
@@ -112,6 +120,21 @@ pub enum Repair {
     /// The nose lay to the right; the section was mirrored left to right, so that what is above stays above.
     #[error("the nose lay to the right; mirrored left to right (x changed its sign), above stays above")]
     Mirrored,
+    /// The nose lay to the right, and the section ran as one that was turned by 180 degrees; it was turned back.
+    #[error(
+        "the nose lay to the right, and mirrored the section would run over its lower surface first and be cambered \
+         downwards: turned by 180 degrees (x and y changed their signs)"
+    )]
+    TurnedBack,
+    /// The section stands upright and was left so.
+    #[error(
+        "the section stands turned by {:.0} degrees; if it should not, x and y may have been exchanged",
+        turn.to_degrees()
+    )]
+    Upright {
+        /// Angle from the x axis to the direction from the nose to the tail, in radians, counter-clockwise positive.
+        turn: f64,
+    },
     /// The first number of each line was the ordinate; x and y were exchanged.
     #[error("the section stood upright and ran clockwise; x and y exchanged")]
     AxesExchanged,
@@ -141,7 +164,7 @@ pub enum Repair {
         line: usize,
     },
     /// One surface ended short of the trailing edge and was closed to the end of the other one.
-    #[error("one surface ended {distance:.4} short of the trailing edge, closed")]
+    #[error("one surface ended {distance:.2e} short of the trailing edge, closed")]
     TrailingEdgeCompleted {
         /// Distance that was bridged, in the unit of the file.
         distance: f64,
@@ -154,8 +177,8 @@ pub enum Repair {
     },
     /// The curve was kept straight where a smooth one would leave the points, and turns sharply at corners.
     #[error(
-        "the curve is kept straight along {} far longer than the neighbours, with {}, from line {line} on; points may be \
-         missing there",
+        "the curve is kept straight along {} where a smooth one would leave the polygon, with {}, from line {line} on; \
+         points may be missing there",
         plural(*.sides, "side", "sides"), plural(*.corners, "corner", "corners")
     )]
     KeptStraight {
@@ -166,14 +189,22 @@ pub enum Repair {
         /// Line of the point before the first such side, or at the first corner.
         line: usize,
     },
-    /// The points are so few that the area within a smooth curve differs from that of the polygon; the curve was drawn
-    /// towards the polygon.
+    /// The smooth curve beside straight sides encloses more or less than the polygon; it was drawn towards the polygon.
     #[error(
         "a smooth curve through the points would enclose {:+.1} % more than the polygon does: drawn towards its sides; \
          give more points", 100.0 * excess
     )]
     DrawnToPolygon {
         /// Area of the smooth curve over that of the polygon, less one.
+        excess: f64,
+    },
+    /// The points are so few that the area within the smooth curve through them differs from that of the polygon.
+    #[error(
+        "the points are few: the smooth curve through them encloses {:+.1} % more than the polygon does; give more points",
+        100.0 * excess
+    )]
+    FewPoints {
+        /// Area of the curve over that of the polygon, less one.
         excess: f64,
     },
     /// The points are rounded more coarsely than they are spaced, and the curve smooths them.
@@ -232,6 +263,7 @@ impl Repair {
     fn absorb(&mut self, other: &Self) -> bool {
         match (self, other) {
             (Self::RemarkIgnored { count, .. }, Self::RemarkIgnored { count: more, .. })
+            | (Self::MeanLineIgnored { count, .. }, Self::MeanLineIgnored { count: more, .. })
             | (Self::DashesRead { count, .. }, Self::DashesRead { count: more, .. })
             | (Self::DecimalCommasRead { count, .. }, Self::DecimalCommasRead { count: more, .. })
             | (Self::ColumnsSeparated { count, .. }, Self::ColumnsSeparated { count: more, .. })

@@ -54,7 +54,8 @@ fn is_coarse(points: &[[f64; 2]], step: f64) -> bool {
     count >= FEWEST && count as f64 > SHARE * n as f64
 }
 
-fn signed_turn(points: &[[f64; 2]], i: usize) -> f64 {
+/// Angle by which the polygon turns at a point, counter-clockwise positive.
+pub(super) fn signed_turn(points: &[[f64; 2]], i: usize) -> f64 {
     let cross = crate::plane::cross(
         crate::plane::minus(points[i], points[i - 1]),
         crate::plane::minus(points[i + 1], points[i]),

@@ -10,7 +10,7 @@ const FEWEST: usize = 10;
 /// A point off the line of its neighbours by this many times what they are off it is wrong, or may be.
 const CERTAIN: f64 = 20.0;
 const SUSPECT: f64 = 8.0;
-/// And by this share of the extent, below which it may be meant.
+/// A point off the line of its neighbours by less than this share of the extent may be meant so.
 const CERTAIN_SHARE: f64 = 0.002;
 const SUSPECT_SHARE: f64 = 0.0008;
 /// An end is suspect if it is off the run of the others by this share of the extent, and so many times what those are.
@@ -19,7 +19,7 @@ const END_RATIO: f64 = 12.0;
 /// A side so many times longer than both neighbours may be a gap; at an end there is one neighbour.
 const GAP: f64 = 3.5;
 const END_GAP: f64 = 4.5;
-/// If it is at least this share of the extent.
+/// A side shorter than this share of the extent is no gap.
 const GAP_SHARE: f64 = 0.05;
 /// Points of an outline that is sampled densely.
 const DENSE: usize = 60;
