@@ -227,8 +227,8 @@ fn repairs_read_well() {
             "1 line of text passed over, the first in line 8",
             "1 point repeating the one before dropped, the first in line 4",
             "the outline ran over the lower surface first, reversed",
-            "the curve is kept straight along 4 sides far longer than the neighbours, with 1 corner, from line 7 on; \
-             points may be missing there"
+            "the curve is kept straight along 4 sides where a smooth one would leave the polygon, with 1 corner, from line \
+             7 on; points may be missing there"
         ]
     );
 }
