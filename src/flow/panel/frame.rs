@@ -73,6 +73,7 @@ impl Nodes {
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     line: ChordLine<f64>,
+    spline: IndexSpline,
     /// First of the four spline coefficients on which the nose depends.
     first: usize,
     /// Derivatives of the nose.
@@ -114,7 +115,7 @@ impl Frame {
         if !(chord > 1e-9 * place && chord > 0.0 && chord.is_finite()) {
             return Err(FlowError::NoNose);
         }
-        Ok(Self { line, first, nose: nose.map(|c| gradient(&c)) })
+        Ok(Self { line, spline, first, nose: nose.map(|c| gradient(&c)) })
     }
 
     /// Distance from the nose to the middle of the trailing edge, in the unit of the nodes.
@@ -158,11 +159,10 @@ impl Frame {
     /// Adds what the nodes do by way of nose and trailing edge.
     fn spread(&self, by_nose: [f64; 2], by_tail: [f64; 2], nodes: &mut [[f64; 2]]) {
         let by_local: [f64; 10] = std::array::from_fn(|k| by_nose[0] * self.nose[0][k] + by_nose[1] * self.nose[1][k]);
-        let spline = IndexSpline::new(nodes.len());
         for c in 0..2 {
             let mut sensitivities = vec![0.0; nodes.len() + 2];
             (0..4).for_each(|q| sensitivities[self.first + q] = by_local[2 * q + c]);
-            for (node, by) in nodes.iter_mut().zip(spline.coefficients_transposed(&sensitivities)) {
+            for (node, by) in nodes.iter_mut().zip(self.spline.coefficients_transposed(&sensitivities)) {
                 node[c] += by;
             }
             let by_end = 0.5 * (by_tail[c] + by_local[8 + c]);

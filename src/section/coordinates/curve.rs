@@ -66,7 +66,7 @@ const EDGE: f64 = 0.08;
 /// Size of the rounding of an edge, as a share of the extent.
 const ROUNDING: f64 = 0.002;
 /// Turns sharper than this (radians) at the end of a straight side are corners of the curve.
-const CORNER: f64 = 1.0;
+pub(super) const CORNER: f64 = 1.0;
 /// Distance from the polygon, as a share of the extent, beyond which a curve has left the points.
 const FAR: f64 = 0.05;
 /// Pieces into which sides are divided where the curve is drawn towards the polygon.

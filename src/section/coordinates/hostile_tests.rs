@@ -1,19 +1,8 @@
 //! Files that are easily misunderstood: each is read as it was meant, or refused.
 
+use super::tests::{file, naca, parse};
 use super::*;
 use crate::section::SectionDefinition;
-
-fn naca() -> Vec<[f64; 2]> {
-    SectionDefinition::parse("naca4412").unwrap().section().unwrap().points(99)
-}
-
-fn file(points: impl IntoIterator<Item = [f64; 2]>) -> String {
-    points.into_iter().map(|[x, y]| format!("{x} {y}\n")).collect()
-}
-
-fn parse(text: &str) -> Result<Coordinates, CoordinateError> {
-    Coordinates::parse(text.as_bytes())
-}
 
 #[test]
 fn lists_that_begin_behind_mid_chord_are_rotated() {

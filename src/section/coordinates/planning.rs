@@ -1,7 +1,7 @@
 //! Decides how the curve goes through the points: which sides are kept straight, whether rounded points are smoothed, and
 //! whether the curve is drawn towards the polygon.
 
-use super::curve::{Fit, Plan, extent, turn};
+use super::curve::{CORNER, Fit, Plan, extent, turn};
 use super::deviation::{deviation, off_polygon};
 use super::rounding::{rounding_fit, signed_turn};
 use crate::plane::{cross, distance, minus};
@@ -22,8 +22,6 @@ const EXCESS: f64 = 0.01;
 /// Areas of a smooth curve and of the polygon through few points may differ by this share of the polygon's; more is
 /// reported.
 const MOST_EXCESS: f64 = 0.03;
-/// A turn by more (radians) between straight runs is a corner.
-const CORNER: f64 = 1.0;
 /// A straight run beside a corner is at least this share of the extent long.
 const RUN: f64 = 0.15;
 /// Turns below this (radians) are those of a straight run.

@@ -3,15 +3,15 @@
 use super::*;
 use crate::section::SectionDefinition;
 
-fn naca() -> Vec<[f64; 2]> {
+pub(super) fn naca() -> Vec<[f64; 2]> {
     SectionDefinition::parse("naca4412").unwrap().section().unwrap().points(99)
 }
 
-fn file(points: impl IntoIterator<Item = [f64; 2]>) -> String {
+pub(super) fn file(points: impl IntoIterator<Item = [f64; 2]>) -> String {
     points.into_iter().map(|[x, y]| format!("{x} {y}\n")).collect()
 }
 
-fn parse(text: &str) -> Result<Coordinates, CoordinateError> {
+pub(super) fn parse(text: &str) -> Result<Coordinates, CoordinateError> {
     Coordinates::parse(text.as_bytes())
 }
 
