@@ -80,3 +80,15 @@ fn a_run_says_what_holds_it_and_families_are_one_line() {
     let bad: Vec<&str> = overview.checks.iter().filter(|c| c.tone == Tone::Bad).map(|c| c.text.as_str()).collect();
     assert_eq!(bad, ["one constraint is violated", "the section crosses itself"]);
 }
+
+#[test]
+fn changes_are_per_cent_only_where_that_says_something() {
+    let of = |start: f64, end: f64| change("cm", Some(start), Some(end));
+    assert_eq!(of(0.2, 0.1), "-50 %");
+    assert_eq!(of(0.5, 1e-4), "÷ 5000");
+    // the difference where both are negative or the signs differ, nothing for round-off
+    assert_eq!(of(-0.05, -0.1), "-0.05");
+    assert_eq!(of(-0.05, 0.1), "+0.15");
+    assert_eq!(of(0.078, 0.078 * (1.0 - 1e-15)), "0");
+    assert_eq!(change("cd", Some(0.01), None), "");
+}
