@@ -218,7 +218,8 @@ impl<S: Scalar> Derived<S> {
         self.dissipation = match kind {
             Kind::Wall => {
                 self.friction = turbulent::friction(hk, re, self.mach2);
-                turbulent::wall_dissipation(hk, hstar, self.slip, self.friction, self.stress, re)
+                let wall_friction = turbulent::wall_friction(hk, re, self.mach2);
+                turbulent::wall_dissipation(hk, hstar, self.slip, wall_friction, self.stress, re)
             }
             Kind::Wake => turbulent::wake_dissipation(hk, hstar, self.slip, self.stress, re),
         };

@@ -21,8 +21,8 @@ use nalgebra::DMatrix;
 /// inside).
 ///
 /// Lift changes by 0.3 % between 0.02 and 0.5, inviscid lift by 1e-5. Beyond about one length the strength at the edge
-/// itself is no longer determined.
-const DEPTH: f64 = 0.25;
+/// itself is no longer determined. At 0.05 the lift is that of the two stream-function equations of a blunt edge.
+const DEPTH: f64 = 0.05;
 /// Nodes, over the half gap, and weights of the three-point Gauss rule on each half of the gap. The halves are separate
 /// because the velocity peaks in line with the wake as well as at the corners.
 const GAUSS: [[f64; 2]; 6] = [
@@ -191,7 +191,7 @@ mod tests {
             for (point, _) in cut.points {
                 let share = (1.0 - point[0]) / (1.0 - nodes[1][0]);
                 let surface = nodes[0][1] + share * (nodes[1][1] - nodes[0][1]);
-                assert!(share > 0.1 && share < 0.5 && point[1].abs() < surface, "{point:?} {share} {surface}");
+                assert!(share > 0.02 && share < 0.1 && point[1].abs() < surface, "{point:?} {share} {surface}");
             }
         }
     }

@@ -27,6 +27,7 @@ mod record;
 mod request;
 mod section;
 mod solved;
+mod streamline;
 mod wake;
 
 #[cfg(test)]

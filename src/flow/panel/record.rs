@@ -130,7 +130,7 @@ impl PanelRecord {
     fn wake_flow(&self) -> Vec<StationFlow> {
         let first = self.at.numbering.wake_start();
         let (distances, correction) = (&self.section.wake_distances, KarmanTsien::new(self.stream.mach));
-        let nodes = self.flow.wake_nodes.iter().enumerate();
+        let nodes = self.flow.path.nodes.iter().enumerate();
         nodes.map(|(j, at)| self.station(first + j, &correction, distances[j], *at)).collect()
     }
 

@@ -1,8 +1,7 @@
-//! The wake: path, spacing, and the dead air behind a blunt edge.
+//! The wake: spacing of the nodes, dead air behind a blunt edge, and strength of the sources. The [streamline] gives the
+//! path.
 //!
-//! The path is the streamline that leaves a thin lifting surface. The slope goes from the trailing-edge bisector to the
-//! onset flow like sqrt(ξ/(1 + ξ)), ξ chords behind the edge (flat plate, exact to first order in the angles). A closed
-//! form has exact derivatives with respect to shape and incidence; the solution depends on the path weakly.
+//! [streamline]: super::streamline
 
 use super::outline::TrailingEdgeFrame;
 use crate::scalar::Scalar;
@@ -30,21 +29,6 @@ pub(crate) fn distances(panels: usize) -> Vec<f64> {
         result.push(at);
     }
     result
-}
-
-/// Nodes of the wake for the onset direction `wind` (cosine and sine of the incidence).
-pub(crate) fn path<S: Scalar>(edge: &TrailingEdgeFrame<S>, wind: [S; 2], distances: &[f64]) -> Vec<[S; 2]> {
-    let angle = |v: [S; 2]| v[1].angle(v[0]);
-    let (leaving, far) = (angle(edge.bisector), angle(wind));
-    let mut nodes = vec![edge.middle];
-    for pair in distances.windows(2) {
-        let middle = 0.5 * (pair[0] + pair[1]);
-        let (sin, cos) = (leaving + (far - leaving) * (middle / (1.0 + middle)).sqrt()).sin_cos();
-        let step = pair[1] - pair[0];
-        let [x, y] = nodes[nodes.len() - 1];
-        nodes.push([x + cos * step, y + sin * step]);
-    }
-    nodes
 }
 
 /// Width of the dead air behind a blunt edge at the distances of the wake nodes, in chords (Drela, XFOIL, 1989). It is
@@ -100,12 +84,9 @@ mod tests {
     }
 
     #[test]
-    fn the_path_turns_from_the_bisector_to_the_wind() {
+    fn the_panels_grow_from_that_of_the_surface_over_one_chord() {
         let d = distances(160);
         assert!((d[d.len() - 1] - 1.0).abs() < 1e-9 && (d[1] - 1.0 / 160.0).abs() < 1e-12);
-        let nodes = path(&edge(), [0.1f64.cos(), 0.1f64.sin()], &d);
-        let slope = |k: usize| (nodes[k + 1][1] - nodes[k][1]) / (nodes[k + 1][0] - nodes[k][0]);
-        assert!(slope(0) < 0.01 && slope(d.len() - 2) > 0.06);
     }
 
     #[test]

@@ -39,13 +39,19 @@ pub(crate) fn energy_shape<S: Scalar>(hk: S, re_theta: S) -> S {
 
 /// Skin-friction coefficient of a turbulent layer on the dynamic pressure at the edge, not below the laminar one.
 pub(crate) fn friction<S: Scalar>(hk: S, re_theta: S, mach2: S) -> S {
+    larger(wall_friction(hk, re_theta, mach2), laminar::friction(hk, re_theta), 2e-5)
+}
+
+/// Skin-friction coefficient of a turbulent layer on the dynamic pressure at the edge, however small: the dissipation
+/// at the wall takes this one (Drela, XFOIL 6.99).
+pub(crate) fn wall_friction<S: Scalar>(hk: S, re_theta: S, mach2: S) -> S {
     let fc = (mach2 * 0.2 + 1.0).sqrt();
     let log = larger((re_theta / fc).ln(), S::from(3.0), 0.05);
     let exponent = -(hk * 1.33);
     let power = (log / std::f64::consts::LN_10).ln() * (-(hk * 0.31) - 1.74);
     let wall = (exponent + power).exp() * 0.3;
     let defect = (((-hk / 0.875) + 4.0).saturating_tanh() - 1.0) * 1.1e-4;
-    larger((wall + defect) / fc, laminar::friction(hk, re_theta), 2e-5)
+    (wall + defect) / fc
 }
 
 /// Equivalent slip speed Us of the wall layer, over the speed at the edge. `h` is the shape parameter H.
@@ -85,7 +91,8 @@ pub(crate) fn equilibrium_gradient<S: Scalar>(hk: S, re_theta: S, friction: S, d
 
 /// Dissipation 2 CD / H* of a turbulent layer on a wall, not below the laminar one.
 ///
-/// `stress_root` is the square root of the shear-stress coefficient.
+/// `friction` is the [turbulent friction alone](wall_friction), and `stress_root` is the square root of the shear-stress
+/// coefficient.
 pub(crate) fn wall_dissipation<S: Scalar>(hk: S, hstar: S, us: S, friction: S, stress_root: S, re_theta: S) -> S {
     let log = larger(re_theta.ln(), S::from(1.0), 0.1);
     // (Hk − 1)/(Hmin − 1) with Hmin = 1 + 2.1/ln Re
@@ -166,7 +173,7 @@ mod tests {
                             let hstar = energy_shape(h, re);
                             let us = slip_speed(h, h, hstar, self.0);
                             let eq = equilibrium_stress_root(h, h, hstar, us, re, self.0);
-                            let cf = friction(h, re, S::from(0.0));
+                            let cf = wall_friction(h, re, S::from(0.0));
                             let gradient = equilibrium_gradient(h, re, cf, h * 0.01, self.0);
                             let wall = wall_dissipation(h, hstar, us, cf, eq, re);
                             let wake = wake_dissipation(h, hstar, us, eq, re);

@@ -4,7 +4,7 @@ use super::reverse::{Collected, Lanes, Reverse, Strengths, by_columns, lanes};
 use super::sums::{Points, Quantity, Slopes, Vectors, panel_sums, scatter_ends};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual3, Dual4, Dual8, gradient};
-use crate::flow::panel::coupling::response::edge_place;
+use crate::flow::panel::coupling::response::{SectionResponse, edge_place};
 use crate::flow::panel::kernel::Place;
 use crate::flow::panel::outline::{TrailingEdge, TrailingEdgeFrame};
 use crate::flow::panel::polar::{Pairs, Straight};
@@ -19,10 +19,11 @@ pub(super) struct PanelWeights {
     pub edge: Lanes,
 }
 
-pub(super) fn panel_weights(reverse: &Reverse) -> PanelWeights {
-    let n = reverse.section.len();
-    let mut columns = by_columns(&reverse.strengths).resize_vertically(n + 1, 0.0);
-    reverse.section.panels.factors.solve_transposed(&mut columns);
+/// The multipliers for outputs with the given sensitivities to the strengths at the nodes.
+pub(super) fn panel_weights(section: &SectionResponse, by_strength: &Coefficients<Vec<f64>>) -> PanelWeights {
+    let n = section.len();
+    let mut columns = by_columns(by_strength).resize_vertically(n + 1, 0.0);
+    section.panels.factors.solve_transposed(&mut columns);
     let stream = |o: usize| {
         let mut weights: Vec<f64> = (0..n).map(|i| -columns[(i, o)]).collect();
         // the first equation is the mean of both edge nodes
@@ -93,11 +94,12 @@ impl Quantity<3> for WakeStream<'_> {
     }
 }
 
-/// Adds the derivatives of the panel equations with respect to the nodes and the angle of attack.
-pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &mut Collected) {
+/// Adds the derivatives of the panel equations with respect to the nodes and the angle of attack, for the given strengths
+/// of the sheets on the section.
+pub(super) fn add_panels(reverse: &Reverse, sheets: &Strengths, weights: &PanelWeights, collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
-    let Strengths { nodes: strengths, smoothed, .. } = &reverse.at_solution;
+    let Strengths { nodes: strengths, smoothed, .. } = sheets;
     let (sin, cos) = reverse.flow.alpha.sin_cos();
     let points = Points::new(&outline.nodes, |i| lanes(&weights.stream, |weights| weights[i]));
     // stream function of the onset flow: y cos α − x sin α
@@ -125,7 +127,7 @@ pub(super) fn add_panels(reverse: &Reverse, weights: &PanelWeights, collected: &
     }
     scatter_ends(&sums, &outline.nodes, &mut collected.nodes);
     if outline.trailing_edge == TrailingEdge::Blunt {
-        add_closing(reverse, &points, &mut by_point, collected);
+        add_closing(reverse, 0.5 * (strengths[0] - strengths[n - 1]), &points, &mut by_point, collected);
     }
     points.add_weighted(&by_point, collected);
 }
@@ -188,12 +190,11 @@ impl Quantity<5> for ClosingStream<'_> {
     }
 }
 
-/// Adds the closing panel, and adds to `by_point` the derivatives with respect to the points that see it.
-fn add_closing(reverse: &Reverse, points: &Points, by_point: &mut Vectors, collected: &mut Collected) {
+/// Adds the closing panel for a given speed at the edge, and adds to `by_point` the derivatives with respect to the
+/// points that see it.
+fn add_closing(reverse: &Reverse, speed: f64, points: &Points, by_point: &mut Vectors, collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
-    let strengths = &reverse.at_solution.nodes;
-    let speed = 0.5 * (strengths[0] - strengths[n - 1]);
     let [vortex, source] = closing_strengths(reverse);
     let panel = Straight::new(outline.panel(n - 1));
     let pairs = reverse.section.panels.polar.pairs_of([n - 1, 0]);

@@ -8,6 +8,7 @@
 
 mod edge;
 mod influence;
+mod path;
 mod reverse;
 mod sums;
 mod surface;
@@ -31,8 +32,8 @@ pub(super) fn gradients(solved: &Solved, reduced: &Reduced) -> Gradients {
     let reverse = Reverse::new(solved, reduced, &direct);
     let mut collected = Collected::new(&direct);
     collected.add_gas(solved, &reverse);
-    let weights = influence::panel_weights(&reverse);
-    influence::add_panels(&reverse, &weights, &mut collected);
+    let weights = influence::panel_weights(reverse.section, &reverse.strengths);
+    influence::add_panels(&reverse, &reverse.at_solution, &weights, &mut collected);
     wake::add_wake(solved, &reverse, &weights, &mut collected);
     surface::add_surface(solved, &reverse, &direct, &mut collected);
     let mut gradients = collected.finish(solved.nodes);

@@ -60,6 +60,14 @@ impl Strengths {
     }
 }
 
+impl Strengths {
+    /// The sheets of the flow without boundary layer: no sources.
+    pub fn inviscid(flow: &FlowResponse) -> Self {
+        let nodes = flow.inviscid.clone();
+        Self { smoothed: vec![0.0; nodes.len()], nodes, wake: Vec::new() }
+    }
+}
+
 /// The derivatives that the sweep collects: with respect to the balanced nodes, and with respect to the scalar inputs.
 pub(super) struct Collected {
     /// Derivatives with respect to the balanced nodes.

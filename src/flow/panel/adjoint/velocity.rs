@@ -68,10 +68,15 @@ pub(super) struct Observers<'a> {
     pub points: &'a Points,
     /// Directions in which the velocities are taken, the two coordinates in separate lists.
     pub directions: [&'a [f64]; 2],
-    /// Distances and directions from the nodes of the section.
-    pub from_surface: &'a Polar,
-    /// Distances and directions from the ends of the half panels of the wake.
-    pub from_wake: &'a Polar,
+}
+
+/// The half panels of the wake.
+#[derive(Clone, Copy)]
+pub(super) struct HalfPanels<'a> {
+    /// Ends of the half panels.
+    pub ends: &'a [[f64; 2]],
+    /// Distances and directions from the ends to the points.
+    pub polar: &'a Polar,
     /// Number of the point that is node 1 of the wake. The following points are the following nodes of the wake, which
     /// stand on its panels.
     pub first_of_wake: usize,
@@ -93,24 +98,23 @@ impl Velocities {
         Self { slopes: Slopes::zeros(points), velocity, by_point }
     }
 
-    /// Adds all panels: those of the surface, the half panels of the wake between `ends`, and the closing panel. The
-    /// derivatives go to the nodes in `collected` and to the ends in `by_ends`.
-    pub fn add_panels(
+    /// Adds the panels of the section with the given strengths, the closing panel among them. `polar` has the distances
+    /// and directions from the nodes to the points. The derivatives go to the nodes in `collected`.
+    pub fn add_section(
         &mut self,
         reverse: &Reverse,
-        observers: &Observers,
-        ends: &[[f64; 2]],
-        by_ends: &mut Coefficients<Vec<[f64; 2]>>,
+        sheets: &Strengths,
+        Observers { points, directions }: Observers,
+        polar: &Polar,
         collected: &mut Collected,
     ) {
         let outline = &reverse.section.panels.outline;
         let n = outline.len();
-        let Strengths { nodes: strengths, smoothed, wake: sources } = &reverse.at_solution;
-        let Observers { points, directions, from_surface, from_wake, first_of_wake } = *observers;
+        let Strengths { nodes: strengths, smoothed, .. } = sheets;
         let mut sums = Vec::with_capacity(n);
         for j in 0..n - 1 {
             let velocity = PanelVelocity {
-                pairs: from_surface.pairs_of([j, j + 1]),
+                pairs: polar.pairs_of([j, j + 1]),
                 panel: &Straight::new(outline.panel(j)),
                 directions,
                 vortex: [strengths[j], strengths[j + 1]],
@@ -120,10 +124,25 @@ impl Velocities {
             sums.push(self.add(points, &velocity, [], |_| Place::Elsewhere));
         }
         scatter_ends(&sums, &outline.nodes, &mut collected.nodes);
+        if outline.trailing_edge == TrailingEdge::Blunt {
+            let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
+            self.add_closing(reverse, edge_speed, points, directions, collected);
+        }
+    }
+
+    /// Adds the half panels of the wake. The derivatives go to their ends in `by_ends`.
+    pub fn add_wake(
+        &mut self,
+        reverse: &Reverse,
+        Observers { points, directions }: Observers,
+        HalfPanels { ends, polar, first_of_wake }: HalfPanels,
+        by_ends: &mut Coefficients<Vec<[f64; 2]>>,
+    ) {
+        let sources = &reverse.at_solution.wake;
         let mut sums = Vec::with_capacity(ends.len());
         for h in 0..ends.len() - 1 {
             let velocity = PanelVelocity {
-                pairs: from_wake.pairs_of([h, h + 1]),
+                pairs: polar.pairs_of([h, h + 1]),
                 panel: &Straight::new([ends[h], ends[h + 1]]),
                 directions,
                 vortex: [0.0; 2],
@@ -135,10 +154,6 @@ impl Velocities {
             sums.push(self.add(points, &velocity, own, |i| wake_place(i + 1 - first_of_wake, h)));
         }
         scatter_ends(&sums, ends, by_ends);
-        if outline.trailing_edge == TrailingEdge::Blunt {
-            let edge_speed = 0.5 * (strengths[0] - strengths[n - 1]);
-            self.add_closing(reverse, edge_speed, points, directions, collected);
-        }
     }
 
     /// Adds one panel and returns its sums over the points.

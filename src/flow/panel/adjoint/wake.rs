@@ -1,24 +1,24 @@
 //! Reverse sweep through the wake: the speeds along it (and, in the same sweep, those through the cut at the edge), the
-//! path and the dead air.
+//! [path](super::path) and the dead air.
 
 use super::edge::add_cut;
 use super::influence::{PanelWeights, add_wake_stream, edge_frame_dual, scatter_edge};
+use super::path::add_path;
 use super::reverse::{Collected, Lanes, Reverse, lanes};
 use super::sums::Points;
-use super::velocity::{Observers, Velocities};
+use super::velocity::{HalfPanels, Observers, Velocities};
 use crate::flow::coefficients::Coefficients;
-use crate::flow::duals::{Dual2, Dual4, Dual8, gradient};
+use crate::flow::duals::{Dual2, Dual4, gradient};
 use crate::flow::layer::equations::Interval;
 use crate::flow::layer::{EdgeLaw, Regime};
 use crate::flow::panel::coupling::response::{wake_points, wake_tangents};
 use crate::flow::panel::outline::TrailingEdge;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::wake;
-use num_dual::DualNum;
 
 /// Adds the derivatives that act through the wake.
 pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeights, collected: &mut Collected) {
-    let points = wake_points(&reverse.flow.wake_nodes);
+    let points = wake_points(&reverse.flow.path.nodes);
     let mut by_points = collected.nodes.as_ref().map(|_| vec![[0.0; 2]; points.len()]);
     add_wake_stream(reverse, weights, &points, &mut by_points, collected);
     add_velocities(reverse, &weights.edge, &points, &mut by_points, collected);
@@ -51,7 +51,7 @@ fn add_velocities(
     let (flow, cut) = (reverse.flow, &reverse.section.panels.edge.cut);
     let (sin, cos) = flow.alpha.sin_cos();
     let first = cut.points.len();
-    let places: Vec<[f64; 2]> = cut.points.iter().map(|p| p.0).chain(flow.wake_nodes[1..].iter().copied()).collect();
+    let places: Vec<[f64; 2]> = cut.points.iter().map(|p| p.0).chain(flow.path.nodes[1..].iter().copied()).collect();
     let directions: (Vec<f64>, Vec<f64>) = std::iter::repeat_n(cut.direction, first)
         .chain(flow.wake_tangents[1..].iter().copied())
         .map(|[x, y]| (x, y))
@@ -61,16 +61,11 @@ fn add_velocities(
         None => lanes(&reverse.wake_weights, |weights| weights[i + 1 - first]),
     });
     let mut sums = Velocities::new([cos, sin], places.len());
-    let observers = Observers {
-        points: &points,
-        directions: [&directions.0, &directions.1],
-        from_surface: &flow.from_surface,
-        from_wake: &flow.from_wake,
-        first_of_wake: first,
-    };
-    sums.add_panels(reverse, &observers, ends, by_ends, collected);
+    let observers = Observers { points: &points, directions: [&directions.0, &directions.1] };
+    sums.add_section(reverse, &reverse.at_solution, observers, &flow.from_surface, collected);
+    sums.add_wake(reverse, observers, HalfPanels { ends, polar: &flow.from_wake, first_of_wake: first }, by_ends);
     add_cut(reverse, edge_weights, &sums.velocity, &sums.by_point, collected);
-    for k in 1..flow.wake_nodes.len() {
+    for k in 1..flow.path.nodes.len() {
         let i = first + k - 1;
         let tangent = flow.wake_tangents[k];
         let by_point = sums.by_point.at(i);
@@ -93,7 +88,7 @@ fn add_tangent(
     weights: &Lanes,
     by_points: &mut Coefficients<Vec<[f64; 2]>>,
 ) {
-    let nodes = &reverse.flow.wake_nodes;
+    let nodes = &reverse.flow.path.nodes;
     let (before, behind) = (k - 1, (k + 1).min(nodes.len() - 1));
     let at = |i: usize, first: usize| [0, 1].map(|c| Dual4::from_re(nodes[i][c]).derivative(first + c));
     let tangent = wake_tangents(&[at(before, 0), at(behind, 2)])[0];
@@ -102,25 +97,6 @@ fn add_tangent(
         for c in 0..2 {
             by_points[2 * before][c] += weight * g[c];
             by_points[2 * behind][c] += weight * g[2 + c];
-        }
-    }
-}
-
-/// Adds the effect of the path of the wake, which follows the trailing edge and the incidence.
-fn add_path(reverse: &Reverse, by_nodes: &Coefficients<Vec<[f64; 2]>>, collected: &mut Collected) {
-    let distances = &reverse.section.wake_distances;
-    let alpha = reverse.flow.alpha;
-    let nodes = &reverse.section.panels.outline.nodes;
-    let fixed = [alpha.cos(), alpha.sin()].map(Dual8::from_re);
-    let path = wake::path(&edge_frame_dual(nodes), fixed, distances);
-    let (sin, cos) = Dual2::from_re(alpha).derivative(0).sin_cos();
-    let frame = reverse.section.edge_frame().map(Dual2::from_re);
-    let turning = wake::path(&frame, [cos, sin], distances);
-    for (k, (path, turning)) in path.iter().zip(&turning).enumerate() {
-        for c in 0..2 {
-            let weights = lanes(by_nodes, |nodes| nodes[k][c]);
-            scatter_edge(gradient(&path[c]), &weights, &mut collected.nodes);
-            collected.alpha += weights * turning[c].eps[0];
         }
     }
 }

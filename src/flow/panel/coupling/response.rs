@@ -13,6 +13,7 @@ use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
 use crate::flow::panel::kernel::{Place, velocity_influence};
 use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_lengths};
 use crate::flow::panel::polar::{Polar, Straight};
+use crate::flow::panel::streamline::Streamline;
 use crate::flow::panel::wake;
 use crate::plane::distance;
 use nalgebra::DMatrix;
@@ -157,8 +158,8 @@ pub(crate) struct FlowResponse {
     pub inviscid: Vec<f64>,
     /// Spline coefficients of the strengths without boundary layer.
     pub inviscid_spline: Vec<f64>,
-    /// Nodes of the wake, in chords.
-    pub wake_nodes: Vec<[f64; 2]>,
+    /// Path of the wake.
+    pub path: Streamline,
     /// Unit vectors along the wake at its nodes.
     pub wake_tangents: Vec<[f64; 2]>,
     /// Dead-air gap at the nodes of the wake, in chords.
@@ -232,22 +233,23 @@ impl FlowResponse {
         let frame = section.edge_frame();
         let wind = [alpha.cos(), alpha.sin()];
         let distances = &section.wake_distances;
-        let wake_nodes = wake::path(&frame, wind, distances);
-        let tangents = wake_tangents(&wake_nodes);
+        let inviscid = section.panels.strengths(alpha);
+        let path = Streamline::new(&section.panels, &inviscid, alpha, distances);
+        let wake_nodes = &path.nodes;
+        let tangents = wake_tangents(wake_nodes);
         let gap = match outline.trailing_edge {
             TrailingEdge::Sharp => vec![0.0; distances.len()],
             TrailingEdge::Blunt => wake::dead_air(&frame, distances),
         };
         let strengths = wake_strength_matrix(distances);
-        let points = wake_points(&wake_nodes);
+        let points = wake_points(wake_nodes);
         let polar = Polar::new(&outline.nodes, &points);
         let edge = &section.panels.edge;
         let (edge_by_wake, edge_from_wake) = edge.by_wake(&points);
         let nodes_by_wake = nodes_by_wake(section, &points, &polar, &edge_by_wake, &strengths);
-        let from_wake = Polar::new(&wake_nodes, &points);
+        let from_wake = Polar::new(wake_nodes, &points);
         let from_surface = polar.reversed(2);
-        let (by_strength, by_source) = surface_to_wake(outline, &wake_nodes, &tangents, &from_surface);
-        let inviscid = section.panels.strengths(alpha);
+        let (by_strength, by_source) = surface_to_wake(outline, wake_nodes, &tangents, &from_surface);
         let mut wake_inviscid: Vec<f64> = tangents.iter().map(|t| t[0] * wind[0] + t[1] * wind[1]).collect();
         for k in 0..distances.len() {
             let onset = if k == 0 { 0.0 } else { wake_inviscid[k] };
@@ -256,14 +258,14 @@ impl FlowResponse {
         let wake_by_nodes =
             smooth_columns(&(product(&by_strength, &section.nodes) + source_per_defect(section, &by_source)));
         let wake_by_wake = product(&by_strength, &nodes_by_wake)
-            + product(&wake_to_wake(&wake_nodes, &tangents, &points, &from_wake), &strengths);
+            + product(&wake_to_wake(wake_nodes, &tangents, &points, &from_wake), &strengths);
         Self {
             alpha,
             inviscid_spline: section.map.spline.coefficients(&inviscid),
             inviscid,
             spline_by_wake: spline_rows(&section.map, &nodes_by_wake),
             nodes_by_wake,
-            wake_nodes,
+            path,
             wake_tangents: tangents,
             gap,
             wake_inviscid,

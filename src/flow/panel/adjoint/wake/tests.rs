@@ -1,20 +1,18 @@
 //! The terms of the wake against forward sweeps of the kernels.
 
 use super::super::influence::panel_weights;
+use super::super::path::tests::path;
 use super::super::reverse::{Collected, Lanes, Reverse, lanes};
-use super::super::testing::{Sums, at_solutions, edge_frame, length, moving_ends, no_points, wake_stream};
-use super::{add_dead_air, add_path, add_tangent, add_velocities, add_wake};
-use crate::flow::coefficients::Coefficients;
+use super::super::testing::{Sums, at_solutions, edge_frame, moving_ends, no_points, velocity, wake_stream};
+use super::{add_dead_air, add_tangent, add_velocities, add_wake};
 use crate::flow::layer::{Derived, EdgeLaw};
-use crate::flow::panel::coupling::response::{wake_place, wake_points, wake_tangents};
+use crate::flow::panel::coupling::response::{wake_points, wake_tangents};
 use crate::flow::panel::coupling::system::mass_defect;
 use crate::flow::panel::edge::Cut;
-use crate::flow::panel::kernel::{Place, VelocityInfluence, velocity_influence};
 use crate::flow::panel::outline::TrailingEdge;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, moving, wave};
 use crate::flow::panel::wake;
-use num_dual::DualNum;
 
 fn with_directions(check: impl Fn(&Solved, &Reverse, &Direction)) {
     at_solutions(|solved, reverse, _| {
@@ -24,57 +22,19 @@ fn with_directions(check: impl Fn(&Solved, &Reverse, &Direction)) {
     });
 }
 
-/// Velocity at a point, which may be a node of the wake, for all strengths of a solution held.
-fn velocity(
-    reverse: &Reverse,
-    nodes: &[[Forward; 2]],
-    ends: &[[Forward; 2]],
-    alpha: Forward,
-    (point, number): ([Forward; 2], Option<usize>),
-) -> [Forward; 2] {
-    let (held, n) = (&reverse.at_solution, nodes.len());
-    let (gamma, mass) = (&held.nodes, &held.smoothed);
-    let mut sum = [alpha.cos(), alpha.sin()];
-    let mut add = |influence: VelocityInfluence<Forward>, vortex: [Forward; 2], source: [Forward; 2]| {
-        for c in 0..2 {
-            for end in 0..2 {
-                sum[c] += influence.vortex[end][c] * vortex[end] + influence.source[end][c] * source[end];
-            }
-        }
-    };
-    let still = |pair: [f64; 2]| pair.map(Forward::from);
-    for j in 0..n - 1 {
-        let panel = [nodes[j], nodes[j + 1]];
-        let outflow = length(panel).recip() * (mass[j] - mass[j + 1]);
-        add(velocity_influence(panel, point, Place::Elsewhere), still([gamma[j], gamma[j + 1]]), [outflow; 2]);
-    }
-    for h in 0..ends.len() - 1 {
-        let place = number.map_or(Place::Elsewhere, |k| wake_place(k, h));
-        let influence = velocity_influence([ends[h], ends[h + 1]], point, place);
-        add(influence, still([0.0; 2]), still([held.wake[h], held.wake[h + 1]]));
-    }
-    if reverse.section.panels.outline.trailing_edge == TrailingEdge::Blunt {
-        let (frame, panel) = (edge_frame(nodes), [nodes[n - 1], nodes[0]]);
-        let per_length = length(panel).recip() * (0.5 * (gamma[0] - gamma[n - 1]));
-        let influence = velocity_influence(panel, point, Place::Elsewhere);
-        add(influence, [frame.vortex * per_length; 2], [frame.source * per_length; 2]);
-    }
-    sum
-}
-
 /// Mean velocity through the cut at the edge, then the speeds along the wake behind its first node.
 fn speeds(reverse: &Reverse, nodes: &[[Forward; 2]], ends: &[[Forward; 2]], alpha: Forward) -> Vec<Forward> {
-    let n = nodes.len();
+    let (n, held) = (nodes.len(), (&reverse.at_solution, &reverse.section.panels.outline));
     let cut = Cut::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
     let through = cut
         .points
         .iter()
-        .map(|(point, weight)| cut.through(velocity(reverse, nodes, ends, alpha, (*point, None))) * *weight);
+        .map(|(point, weight)| cut.through(velocity(held, nodes, ends, alpha, (*point, None))) * *weight);
     let through: Forward = through.sum();
     let wake_nodes: Vec<[Forward; 2]> = ends.iter().step_by(2).copied().collect();
     let tangents = wake_tangents(&wake_nodes);
     let along = (1..wake_nodes.len()).map(|k| {
-        let [x, y] = velocity(reverse, nodes, ends, alpha, (wake_nodes[k], Some(k)));
+        let [x, y] = velocity(held, nodes, ends, alpha, (wake_nodes[k], Some(k)));
         x * tangents[k][0] + y * tangents[k][1]
     });
     std::iter::once(through).chain(along).collect()
@@ -89,8 +49,8 @@ fn speed_weight(reverse: &Reverse, edge: &Lanes, i: usize) -> Lanes {
 fn velocities_add_the_change_of_the_speeds_along_the_wake_and_through_the_cut() {
     with_directions(|_, reverse, direction| {
         let outline = &reverse.section.panels.outline;
-        let edge = panel_weights(reverse).edge;
-        let ends = wake_points(&reverse.flow.wake_nodes);
+        let edge = panel_weights(reverse.section, &reverse.strengths).edge;
+        let ends = wake_points(&reverse.flow.path.nodes);
         let (mut collected, mut by_ends) = (Collected::nothing(outline.len()), no_points(ends.len()));
         add_velocities(reverse, &edge, &ends, &mut by_ends, &mut collected);
         let (rates, moved) = moving_ends(direction, &ends);
@@ -104,7 +64,7 @@ fn velocities_add_the_change_of_the_speeds_along_the_wake_and_through_the_cut() 
 #[test]
 fn a_tangent_adds_the_turn_of_the_direction_that_a_speed_is_taken_in() {
     with_directions(|_, reverse, direction| {
-        let ends = wake_points(&reverse.flow.wake_nodes);
+        let ends = wake_points(&reverse.flow.path.nodes);
         let (rates, moved) = moving_ends(direction, &ends);
         let nodes: Vec<[Forward; 2]> = moved.iter().step_by(2).copied().collect();
         for k in [1, 4, nodes.len() - 1] {
@@ -115,27 +75,6 @@ fn a_tangent_adds_the_turn_of_the_direction_that_a_speed_is_taken_in() {
             let sums = Sums::zero().over_points(&by_ends, &rates);
             sums.assert_are("tangent", &[x * 0.9 - y * 0.4], |_| weights);
         }
-    });
-}
-
-/// Nodes of the wake for moving nodes of the section.
-fn path(reverse: &Reverse, nodes: &[[Forward; 2]], alpha: Forward) -> Vec<[Forward; 2]> {
-    wake::path(&edge_frame(nodes), [alpha.cos(), alpha.sin()], &reverse.section.wake_distances)
-}
-
-#[test]
-fn the_path_adds_how_the_wake_follows_the_edge_and_the_incidence() {
-    with_directions(|_, reverse, direction| {
-        let outline = &reverse.section.panels.outline;
-        let weight = |k: usize, o: usize| [wave(o, 2 * k), wave(o, 2 * k + 1)];
-        let count = reverse.section.wake_distances.len();
-        let by_nodes = Coefficients::from_array(std::array::from_fn(|o| (0..count).map(|k| weight(k, o)).collect()));
-        let mut collected = Collected::nothing(outline.len());
-        add_path(reverse, &by_nodes, &mut collected);
-        let alpha = moving(reverse.flow.alpha, direction.alpha);
-        let forward = path(reverse, &direction.moved(&outline.nodes), alpha);
-        let weights = |i: usize| Lanes::from_fn(|o, _| weight(i / 2, o)[i % 2]);
-        Sums::zero().over(&collected, direction).assert_are("path", forward.as_flattened(), weights);
     });
 }
 
@@ -178,7 +117,7 @@ fn dead_air_adds_the_change_of_the_equations_and_of_the_defects_of_the_wake() {
 fn the_wake_as_a_whole_follows_the_nodes_of_the_section_and_the_incidence() {
     with_directions(|solved, reverse, direction| {
         let outline = &reverse.section.panels.outline;
-        let weights = panel_weights(reverse);
+        let weights = panel_weights(reverse.section, &reverse.strengths);
         let mut collected = Collected::nothing(outline.len());
         add_wake(solved, reverse, &weights, &mut collected);
         let (nodes, alpha) = (direction.moved(&outline.nodes), moving(reverse.flow.alpha, direction.alpha));
