@@ -33,6 +33,9 @@ pub(crate) struct Block {
     pub upstream: [Option<(usize, Coupling)>; 2],
     /// Derivatives with respect to the global directions, one row per equation.
     pub globals: [[f64; GLOBALS]; EQUATIONS],
+    /// Derivatives with respect to the distances, from the stagnation point, of the station upstream and of the station
+    /// itself, one row per equation; zero in the wake.
+    pub abscissas: [[f64; 2]; EQUATIONS],
 }
 
 kept!(Block);
@@ -60,6 +63,11 @@ const ABSCISSAS: usize = 2 * UNKNOWNS;
 /// The abscissas of an interval as independent variables.
 fn moving(x: [ByGlobal; 2]) -> [ByInterval; 2] {
     [0, 1].map(|end| ByInterval::from_re(x[end].re).derivative(ABSCISSAS + end))
+}
+
+/// Derivatives with respect to the abscissas.
+fn by_abscissas(residuals: &[ByInterval; EQUATIONS]) -> [[f64; 2]; EQUATIONS] {
+    residuals.each_ref().map(|r| [0, 1].map(|end| r.eps[ABSCISSAS + end]))
 }
 
 /// Derivatives in the global directions, which move the abscissas.
@@ -104,6 +112,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
             own: coupling(&residuals, OWN),
             upstream: [None, None],
             globals: by_globals(&residuals, ends),
+            abscissas: by_abscissas(&residuals),
         }
     }
 
@@ -126,6 +135,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
             own: coupling(&residuals, OWN),
             upstream: [Some((k - 1, coupling(&residuals, 0))), None],
             globals: by_globals(&residuals, x),
+            abscissas: by_abscissas(&residuals),
         }
     }
 
@@ -140,6 +150,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
             own: coupling(&residuals, 2 * UNKNOWNS),
             upstream: [Some((upper, coupling(&residuals, 0))), Some((lower, coupling(&residuals, UNKNOWNS)))],
             globals: [[0.0; GLOBALS]; EQUATIONS],
+            abscissas: [[0.0; 2]; EQUATIONS],
         }
     }
 
@@ -153,6 +164,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
             own: coupling(&residuals, OWN),
             upstream: [Some((k - 1, coupling(&residuals, 0))), None],
             globals: [[0.0; GLOBALS]; EQUATIONS],
+            abscissas: [[0.0; 2]; EQUATIONS],
         }
     }
 }

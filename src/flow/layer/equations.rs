@@ -12,6 +12,7 @@ use super::station::{Derived, Regime, State, transition_state};
 use super::transition;
 use super::unknowns::{GLOBALS, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
 use crate::differentiate::Tangent;
+use crate::flow::surface_map::SurfaceMap;
 use crate::scalar::Scalar;
 
 /// Number of equations of a station.
@@ -40,8 +41,8 @@ pub(crate) struct Layer<'a, L> {
     pub gap: &'a [f64],
     /// Distances of the stations of the wake behind the trailing edge, in chords.
     pub distances: &'a [f64],
-    /// Total arc length of the surface, in chords.
-    pub total: f64,
+    /// The surface along which the stations stand.
+    pub surface: &'a SurfaceMap,
     /// Critical amplification factor.
     pub n_critical: f64,
     /// Arc length of the trip of each side from the first node in chords, where there is a trip.
@@ -196,7 +197,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         let last = unknowns.stations[self.numbering().last_laminar(side)].amplification();
         transition::residual(
             unit(unknowns.transition[at], TRANSITION[at]),
-            side.length(stagnation, unit(self.total, TOTAL)),
+            side.length(stagnation, unit(self.surface.total, TOTAL)),
             trip,
             unit(last, BY_AMPLIFICATION),
             self.n_critical,

@@ -1,16 +1,22 @@
 //! The places of the boundary-layer stations: fixed fractions of the way from stagnation to transition and from there
 //! to the trailing edge.
+//!
+//! The way of the laminar stations is measured in arc length, so that they stretch with the layer. That of the turbulent
+//! ones is measured in nodes of the surface: stations crowd where the nodes do, at hinges and kinks and towards the
+//! trailing edge, because what the panels resolve there the layer must see.
 
+use super::unknowns::Side;
 use crate::flow::memory::Memo;
+use crate::flow::surface_map::SurfaceMap;
 use crate::scalar::Scalar;
 use std::sync::Arc;
 
 /// Numbers of stations and their fractions; fixed during a solution.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
-    /// Fractions of the way from the stagnation point to transition; the last is 1.
+    /// Fractions of the arc length from the stagnation point to transition; the last is 1.
     pub laminar: Arc<Vec<f64>>,
-    /// Fractions of the way from transition to the trailing edge; the last is 1.
+    /// Fractions of the node indices from transition to the trailing edge; the last is 1.
     pub turbulent: Arc<Vec<f64>>,
     /// Number of stations of the wake, which are the nodes of the wake.
     pub wake: usize,
@@ -45,11 +51,10 @@ impl Layout {
     pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
         // laminar stations are dense at both ends: laminar separation ahead of transition, and a side that is laminar up
         // to the edge, need stations as close as the panels. Turbulent ones crowd behind transition, where the shape
-        // parameter falls within some fifty momentum thicknesses (at a thin nose a thousandth of the side), and over the
-        // last part of the side, where it rises towards separation
+        // parameter falls within some fifty momentum thicknesses (at a thin nose a thousandth of the side)
         Self {
             laminar: LAMINAR.get(laminar, || graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.02 - x) + 1.0)),
-            turbulent: TURBULENT.get(turbulent, || graded(turbulent, |x| 1.0 / (0.0025 + x) + 2.0 / (1.03 - x))),
+            turbulent: TURBULENT.get(turbulent, || graded(turbulent, |x| 1.0 / (0.0025 + x) + 7.0)),
             wake,
         }
     }
@@ -64,11 +69,30 @@ impl Layout {
         2 * self.side() + self.wake
     }
 
-    /// Arc lengths of the stations of one side from the stagnation point, for a transition point and a side length.
-    pub fn abscissas<S: Scalar>(&self, transition: S, length: S) -> Vec<S> {
+    /// Node indices of the turbulent stations of a side, for the arc length of the stagnation point and the distance from
+    /// there to transition.
+    pub fn turbulent_indices<S: Scalar>(
+        &self,
+        surface: &SurfaceMap,
+        side: Side,
+        [stagnation, transition]: [S; 2],
+    ) -> impl Iterator<Item = S> {
+        let start = surface.index(side.place(stagnation, transition));
+        let edge = match side {
+            Side::Upper => 0.0,
+            Side::Lower => surface.last(),
+        };
+        // written so that the last one stands on the edge exactly
+        self.turbulent.iter().map(move |h| start * (1.0 - *h) + edge * *h)
+    }
+
+    /// Arc lengths of the stations of a side from the stagnation point, for the arc length of that point and the distance
+    /// from there to transition.
+    pub fn abscissas<S: Scalar>(&self, surface: &SurfaceMap, side: Side, globals: [S; 2]) -> Vec<S> {
+        let [stagnation, transition] = globals;
         let laminar = self.laminar.iter().map(|f| transition * *f);
-        let turbulent = self.turbulent.iter().map(|h| transition + (length - transition) * *h);
-        laminar.chain(turbulent).collect()
+        let turbulent = self.turbulent_indices(surface, side, globals);
+        laminar.chain(turbulent.map(|t| side.distance(stagnation, surface.arc_length(t)))).collect()
     }
 }
 
@@ -83,7 +107,27 @@ mod tests {
             assert!(f[0] > 0.0 && f.windows(2).all(|w| w[0] < w[1]));
             assert_eq!(f[f.len() - 1], 1.0);
         }
-        let x = layout.abscissas(0.3f64, 1.1);
-        assert_eq!((x.len(), x[29], x[49]), (50, 0.3, 1.1));
+        let arc: Vec<f64> = (0..41).map(|i| 0.05 * f64::from(i)).collect();
+        let surface = SurfaceMap::new(&arc).unwrap();
+        for (side, length) in [(Side::Upper, 0.9), (Side::Lower, 1.1)] {
+            let x = layout.abscissas(&surface, side, [0.9f64, 0.3]);
+            assert_eq!((x.len(), x[29]), (50, 0.3));
+            assert!((x[49] - length).abs() < 1e-14 && x.windows(2).all(|w| w[0] < w[1]), "{x:?}");
+        }
+    }
+
+    #[test]
+    fn turbulent_stations_crowd_where_the_nodes_do() {
+        // nodes ten times as close about the arc length 1.6
+        let density = |s: f64| 1.0 + 9.0 * (-((s - 1.6) / 0.03).powi(2)).exp();
+        let mut arc = vec![0.0];
+        while arc[arc.len() - 1] < 2.0 {
+            let s = arc[arc.len() - 1];
+            arc.push(s + 0.02 / density(s));
+        }
+        let surface = SurfaceMap::new(&arc).unwrap();
+        let x = Layout::new(30, 40, 5).abscissas(&surface, Side::Lower, [1.0f64, 0.1]);
+        let closest = |at: f64| x.windows(2).filter(|w| w[0] < at && w[1] >= at).map(|w| w[1] - w[0]).sum::<f64>();
+        assert!(closest(0.6) < 0.2 * closest(0.4), "{} {}", closest(0.6), closest(0.4));
     }
 }

@@ -170,13 +170,13 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         let mut unknowns = Unknowns::zeros(numbering.stations());
         unknowns.stagnation = outer.stagnation;
         for side in Side::BOTH {
-            let length = unknowns.side_length(side, self.total);
+            let length = unknowns.side_length(side, self.surface.total);
             let along = |transition: f64| MarchedSide {
                 layer: self,
                 outer,
                 side,
                 length,
-                x: self.layout.abscissas(transition, length),
+                x: self.layout.abscissas(self.surface, side, [outer.stagnation, transition]),
             };
             let latest = transition::latest(self.trip_distance(side, outer.stagnation), length);
             let transition = transition::of_march(along(latest).critical(latest), latest, length);

@@ -146,16 +146,16 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         let laminar = self.layout.laminar.len();
         let mut march = March { layer: self, unknowns: unknowns.clone() };
         for side in Side::BOTH {
-            let x = march.unknowns.abscissas(self.layout, side, self.total);
+            let x = march.unknowns.abscissas(self.layout, side, self.surface);
             march.side(side, &x, 0..laminar);
             if let Some(crossing) = self.critical(side, &march.unknowns, &x) {
-                let profiles = Profiles::new(self.layout, &march.unknowns, self.total);
+                let profiles = Profiles::new(self.layout, &march.unknowns, self.surface);
                 march.unknowns.transition[side.index()] = crossing;
                 profiles.place(&mut march.unknowns);
-                let x = march.unknowns.abscissas(self.layout, side, self.total);
+                let x = march.unknowns.abscissas(self.layout, side, self.surface);
                 march.side(side, &x, 0..laminar);
             }
-            let x = march.unknowns.abscissas(self.layout, side, self.total);
+            let x = march.unknowns.abscissas(self.layout, side, self.surface);
             march.side(side, &x, laminar..self.layout.side());
         }
         march.wake();

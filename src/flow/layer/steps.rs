@@ -46,7 +46,7 @@ fn states_dot(numbering: &Numbering, a: &Change, b: &Change) -> f64 {
 impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
     /// The states as functions of the place.
     pub fn profiles(&self, unknowns: &Unknowns) -> Profiles {
-        Profiles::new(self.layout, unknowns, self.total)
+        Profiles::new(self.layout, unknowns, self.surface)
     }
 
     /// The largest factor, at most one, on a change that keeps every unknown within the limits of one step.
@@ -81,7 +81,7 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
 
     /// Largest admissible step of the transition point of a side.
     fn room(&self, unknowns: &Unknowns, side: Side, change: &Change) -> f64 {
-        let length = unknowns.side_length(side, self.total);
+        let length = unknowns.side_length(side, self.surface.total);
         let x = unknowns.transition[side.index()];
         let room = if change.transition[side.index()] < 0.0 { 0.3 * x } else { 0.5 * (length - x) + 1e-3 * length };
         room.min(0.1 * length)
@@ -94,9 +94,9 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         for state in &mut next.stations {
             state.log_shape = state.log_shape.min(LARGEST_LOG_SHAPE);
         }
-        next.stagnation = next.stagnation.clamp(0.02 * self.total, 0.98 * self.total);
+        next.stagnation = next.stagnation.clamp(0.02 * self.surface.total, 0.98 * self.surface.total);
         for side in Side::BOTH {
-            let length = next.side_length(side, self.total);
+            let length = next.side_length(side, self.surface.total);
             let x = &mut next.transition[side.index()];
             *x = kept_inside(*x, length);
         }

@@ -6,6 +6,7 @@ use super::{
     Unknowns,
 };
 use crate::flow::layer::ByGlobal;
+use crate::flow::surface_map::SurfaceMap;
 use num_dual::Dual64;
 
 /// Length of the plate, which both sides of the layer grow along from the leading edge to the trailing edge.
@@ -31,12 +32,14 @@ fn on_a_plate(mach: f64, gap: bool, check: impl Fn(&Layer<FreeStream<f64>>, &Unk
     let (distances, closing) = wake();
     let gap = if gap { closing } else { vec![0.0; distances.len()] };
     let layout = Layout::new(120, 40, distances.len());
+    let arc: Vec<f64> = (0..161).map(|i| 2.0 * LENGTH * f64::from(i) / 160.0).collect();
+    let surface = SurfaceMap::new(&arc).unwrap();
     let layer = Layer {
         layout: &layout,
         law: FreeStream::new(mach, REYNOLDS),
         gap: &gap,
         distances: &distances,
-        total: 2.0 * LENGTH,
+        surface: &surface,
         n_critical: 9.0,
         trips: [None, Some(LENGTH + 0.2)],
     };
@@ -49,7 +52,7 @@ fn derived(layer: &Layer<FreeStream<f64>>, unknowns: &Unknowns) -> Vec<Derived<f
 }
 
 fn abscissas(layer: &Layer<FreeStream<f64>>, unknowns: &Unknowns) -> [Vec<f64>; 2] {
-    Side::BOTH.map(|side| unknowns.abscissas(layer.layout, side, layer.total))
+    Side::BOTH.map(|side| unknowns.abscissas(layer.layout, side, layer.surface))
 }
 
 #[test]
@@ -139,11 +142,11 @@ fn blocks_are_the_derivatives_of_the_residuals_in_every_unknown_and_in_the_total
         let unknowns = disturbed(unknowns);
         let seeds: Vec<State> = (0..unknowns.stations.len()).map(|k| State::from_fn(|i| rate(4 * k + i))).collect();
         let globals: [f64; GLOBALS] = std::array::from_fn(|g| 0.01 * rate(1000 + g));
-        let values = [unknowns.stagnation, unknowns.transition[0], unknowns.transition[1], layer.total];
+        let values = [unknowns.stagnation, unknowns.transition[0], unknowns.transition[1], layer.surface.total];
         // forward: all unknowns move at a time
-        let [stagnation, upper, lower, total] = std::array::from_fn(|g| Dual64::new(values[g], globals[g]));
+        let [stagnation, upper, lower] = std::array::from_fn(|g| Dual64::new(values[g], globals[g]));
         let moved = |layout: &Layout, side: Side| {
-            layout.abscissas([upper, lower][side.index()], side.length(stagnation, total))
+            layout.abscissas(layer.surface, side, [stagnation, [upper, lower][side.index()]])
         };
         let law = layer.law.map(Dual64::from);
         let numbering = layer.numbering();
@@ -157,7 +160,7 @@ fn blocks_are_the_derivatives_of_the_residuals_in_every_unknown_and_in_the_total
         // blocks: every unknown by itself
         let unit = |g: usize| ByGlobal::from_re(values[g]).derivative(g);
         let seeded = Side::BOTH.map(|side| {
-            layer.layout.abscissas(unit(TRANSITION[side.index()]), side.length(unit(STAGNATION), unit(TOTAL)))
+            layer.layout.abscissas(layer.surface, side, [unit(STAGNATION), unit(TRANSITION[side.index()])])
         });
         let blocks = layer.blocks(&layer.derive_all(&unknowns), &seeded);
         assert_eq!(blocks.len(), forward.len());
@@ -188,7 +191,7 @@ fn the_residual_of_transition_has_its_derivatives_in_all_directions() {
             let own = TRANSITION[side.index()];
             for (direction, moves) in [(own, 0), (STAGNATION, 1), (TOTAL, 2), (GLOBALS, 3), (GLOBALS + 1, 4)] {
                 let number = |value: f64, k: usize| Dual64::new(value, f64::from(u8::from(k == moves)));
-                let numbers = [unknowns.transition[side.index()], unknowns.stagnation, layer.total, last];
+                let numbers = [unknowns.transition[side.index()], unknowns.stagnation, layer.surface.total, last];
                 let numbers = std::array::from_fn(|k| number(numbers[k], k));
                 let trip = layer.trips[side.index()].map(|arc| number(arc, 4));
                 let forward = testing::transition(layer, side, numbers, trip);

@@ -7,6 +7,7 @@
 use super::layout::Layout;
 use super::station::State;
 use super::unknowns::{Numbering, Side, Unknowns};
+use crate::flow::surface_map::SurfaceMap;
 
 /// The states of both sides as functions of the logarithm of the distance from the stagnation point: cubic Hermite
 /// pieces, one function for the laminar layer and one for the turbulent one.
@@ -24,14 +25,14 @@ pub(crate) struct Profiles {
 }
 
 /// Logarithms of the distances of the stations from the stagnation point, per side.
-fn logs(layout: &Layout, unknowns: &Unknowns, total: f64) -> [Vec<f64>; 2] {
-    Side::BOTH.map(|side| unknowns.abscissas(layout, side, total).into_iter().map(f64::ln).collect())
+fn logs(layout: &Layout, unknowns: &Unknowns, surface: &SurfaceMap) -> [Vec<f64>; 2] {
+    Side::BOTH.map(|side| unknowns.abscissas(layout, side, surface).into_iter().map(f64::ln).collect())
 }
 
 impl Profiles {
-    pub fn new(layout: &Layout, unknowns: &Unknowns, total: f64) -> Self {
+    pub fn new(layout: &Layout, unknowns: &Unknowns, surface: &SurfaceMap) -> Self {
         let numbering = Numbering::new(layout);
-        let log_x = logs(layout, unknowns, total);
+        let log_x = logs(layout, unknowns, surface);
         let values = unknowns.stations[..numbering.wake_start()].to_vec();
         let mut slopes = vec![State::zeros(); values.len()];
         for side in Side::BOTH {
@@ -125,10 +126,10 @@ impl Profiles {
 }
 
 /// The unknowns of a layer on the stations of another layout.
-pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f64) -> Unknowns {
+pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, surface: &SurfaceMap) -> Unknowns {
     let new = Numbering::new(to);
-    let profiles = Profiles::new(from, unknowns, total);
-    let places = logs(to, unknowns, total);
+    let profiles = Profiles::new(from, unknowns, surface);
+    let places = logs(to, unknowns, surface);
     let mut stations = Vec::with_capacity(new.stations());
     for side in Side::BOTH {
         for (j, log_x) in places[side.index()].iter().enumerate() {
@@ -143,10 +144,15 @@ pub(crate) fn resample(from: &Layout, to: &Layout, unknowns: &Unknowns, total: f
 mod tests {
     use super::*;
 
+    /// A surface of length 2 with even nodes.
+    fn surface() -> SurfaceMap {
+        SurfaceMap::new(&(0..81).map(|i| 0.025 * f64::from(i)).collect::<Vec<_>>()).unwrap()
+    }
+
     fn unknowns(layout: &Layout, transition: f64, field: impl Fn(f64) -> State) -> Unknowns {
         let mut stations = Vec::new();
-        for _ in 0..2 {
-            for x in layout.abscissas(transition, 1.0) {
+        for side in Side::BOTH {
+            for x in layout.abscissas(&surface(), side, [1.0, transition]) {
                 stations.push(field(x.ln()));
             }
         }
@@ -159,11 +165,11 @@ mod tests {
         let field =
             |l: f64| State { log_theta: 0.5 * l - 7.0, log_shape: 0.1 * l * l, third: (2.0 * l).sin(), log_speed: l };
         let start = unknowns(&layout, 0.4, field);
-        let profiles = Profiles::new(&layout, &start, 2.0);
+        let profiles = Profiles::new(&layout, &start, &surface());
         let mut next = start.clone();
         next.transition = [0.3; 2];
         // the linear part is in Newton's step
-        let log_x = logs(&layout, &next, 2.0);
+        let log_x = logs(&layout, &next, &surface());
         for side in Side::BOTH {
             for j in 0..layout.laminar.len() {
                 let k = profiles.numbering.station(side, j);

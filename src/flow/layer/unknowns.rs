@@ -3,6 +3,7 @@
 use super::layout::Layout;
 use super::station::{Regime, State};
 use crate::differentiate::Tangent;
+use crate::flow::surface_map::SurfaceMap;
 use crate::scalar::Scalar;
 
 /// Number of global directions of derivatives: the arc length of the stagnation point from the first node, the arc
@@ -107,8 +108,8 @@ impl Unknowns {
     }
 
     /// Arc lengths of the stations of a side from the stagnation point.
-    pub fn abscissas(&self, layout: &Layout, side: Side, total: f64) -> Vec<f64> {
-        layout.abscissas(self.transition[side.index()], self.side_length(side, total))
+    pub fn abscissas(&self, layout: &Layout, side: Side, surface: &SurfaceMap) -> Vec<f64> {
+        layout.abscissas(surface, side, [self.stagnation, self.transition[side.index()]])
     }
 
     /// Adds `factor` times a change.

@@ -7,6 +7,7 @@ use crate::flow::condition::Settings;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::search::{self, Effort, End, Family, newton};
 use crate::flow::solution::Attempt;
+use crate::flow::surface_map::SurfaceMap;
 
 /// Largest number of iterations of a warm start; a march is closer to a flow that takes more.
 const WARM_ITERATIONS: usize = 8;
@@ -75,8 +76,8 @@ impl Family for PanelFamily<'_> {
     where
         Self: 'b;
 
-    fn total(&self) -> f64 {
-        self.section.map.total
+    fn surface(&self) -> &SurfaceMap {
+        &self.section.map
     }
 
     fn layout(&self) -> &Layout {

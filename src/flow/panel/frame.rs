@@ -5,11 +5,11 @@
 //! chord line. Coefficients, trips and transition are thereby on the section's own chord, and derivatives pass through
 //! the frame.
 
-use super::coupling::surface::{IndexSpline, combine};
 use crate::differentiate::{Tangent, lift_root};
 use crate::flow::FlowError;
 use crate::flow::coefficients::Derivatives;
 use crate::flow::duals::gradient;
+use crate::flow::index_spline::{IndexSpline, combine};
 use crate::plane::{cross, distance, dot, middle, minus};
 use crate::scalar::Scalar;
 

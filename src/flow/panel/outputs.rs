@@ -3,11 +3,11 @@
 use super::compressibility::{KarmanTsien, PanelEdge, panel_loads};
 use super::coupling::reduced::Reduced;
 use super::coupling::response::SectionResponse;
-use super::coupling::surface::combine_real;
 use super::outline::TrailingEdge;
 use super::solved::{Direct, Solved, output_gradient, through_defects};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual2, Dual3, Dual8, gradient};
+use crate::flow::index_spline::combine_real;
 use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
 use crate::flow::linear::dot;
 use crate::flow::search::Equations;

@@ -3,13 +3,13 @@
 //! Angles in this file are those between the onset flow and the chord line, in radians.
 
 use super::coupling::response::{FlowResponse, SectionResponse};
-use super::coupling::surface::invert;
 use super::coupling::system::Stream;
 use super::family::PanelFamily;
 use super::frame::Nodes;
 use super::outputs;
 use super::record::{PanelRecord, Sought, supersonic};
 use crate::flow::condition::{Condition, Settings};
+use crate::flow::index_spline::invert;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::solution::{Attempt, Solution, Status};
 use std::sync::Arc;

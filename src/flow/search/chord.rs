@@ -23,7 +23,7 @@ fn shifted(unknowns: &Unknowns, change: &Change) -> Unknowns {
 /// Whether stagnation and transition stand at places where stations can be laid.
 fn sensible(system: &impl Equations, unknowns: &Unknowns) -> bool {
     Side::BOTH.into_iter().all(|side| {
-        let length = unknowns.side_length(side, system.layer().total);
+        let length = unknowns.side_length(side, system.layer().surface.total);
         length > 0.0 && is_inside(unknowns.transition[side.index()], length)
     })
 }

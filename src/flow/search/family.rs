@@ -1,6 +1,7 @@
 //! The interface through which Newton's method and the search see a flow, and the limits of an attempt.
 
 use crate::flow::layer::{Change, EdgeLaw, Layer, Layout, Unknowns};
+use crate::flow::surface_map::SurfaceMap;
 
 /// Residuals of all equations at some unknowns.
 pub(crate) trait Residuals {
@@ -64,8 +65,8 @@ pub(crate) trait Family {
     where
         Self: 'a;
 
-    /// Total arc length of the surface, in chords.
-    fn total(&self) -> f64;
+    /// The surface along which the stations stand.
+    fn surface(&self) -> &SurfaceMap;
 
     /// The requested layout of stations.
     fn layout(&self) -> &Layout;

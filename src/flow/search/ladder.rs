@@ -133,7 +133,7 @@ impl<F: Family> Ladder<'_, F> {
     fn land(&mut self, layout: &Layout, from: &Unknowns, what: &str) -> Option<End<F::At>> {
         let family = self.family;
         let system = family.equations(self.outer, family.layout(), family.trips());
-        let start = resample(layout, family.layout(), from, family.total());
+        let start = resample(layout, family.layout(), from, family.surface());
         let end = self.quick(&system, start, family.tolerance(), &format!("from {what}"));
         if end.is_none() && self.spare.as_ref().is_none_or(|(l, _)| l.laminar.len() < layout.laminar.len()) {
             self.spare = Some((layout.clone(), from.clone()));

@@ -29,7 +29,7 @@ pub(super) fn temporary_trips(family: &impl Family, fraction: f64) -> [Option<f6
     }
     let stagnation = family.stagnation();
     Side::BOTH.map(|side| {
-        let distance = fraction * side.length(stagnation, family.total());
+        let distance = fraction * side.length(stagnation, family.surface().total);
         match wanted[side.index()] {
             Some(own) if (own - stagnation).abs() < distance => Some(own),
             _ => Some(side.place(stagnation, distance)),

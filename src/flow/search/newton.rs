@@ -68,7 +68,9 @@ pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -
         }
         let Some(factors) = system.factorise(&at) else { return stopped(unknowns, at, false) };
         let change = system.solve(&at, &factors, residuals);
-        let far = |side: Side| change.transition[side.index()].abs() > reach * unknowns.side_length(side, layer.total);
+        let far = |side: Side| {
+            change.transition[side.index()].abs() > reach * unknowns.side_length(side, layer.surface.total)
+        };
         if !change.is_finite() || (iteration == 0 && Side::BOTH.into_iter().any(far)) {
             return stopped(unknowns, at, false);
         }

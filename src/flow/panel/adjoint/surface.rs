@@ -4,12 +4,12 @@
 use super::reverse::{Collected, Lanes, Reverse, lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::duals::{Dual2, Dual3, Dual4, gradient};
+use crate::flow::index_spline::{combine, combine_real};
 use crate::flow::layer::equations::BY_TRIP;
 use crate::flow::layer::{Side, TOTAL};
 use crate::flow::linear::add_scaled;
 use crate::flow::panel::coupling::projection;
 use crate::flow::panel::coupling::subpanel::{LocalSpeed, LocalSpeeds};
-use crate::flow::panel::coupling::surface::{combine, combine_real};
 use crate::flow::panel::coupling::system::signed;
 use crate::flow::panel::solved::{Direct, Solved};
 use num_dual::DualNum;
@@ -39,41 +39,87 @@ pub(super) fn add_surface(
         }
     }
     let mut by_arc = vec![Lanes::zeros(); section.len() + 2];
-    let mut totals = chain_total(reverse);
     for p in 1..t.len() - 1 {
         // the rate depends on the index too
         let turning = gradient(&section.map.rate(Dual2::from_re(t[p]).derivative(0)))[0];
-        let by_total = gradient(&reverse.at.positions.index[p])[TOTAL];
-        let (first, w) = section.map.spline.weights(t[p]);
-        let (_, slopes) = section.map.spline.slope_weights(t[p]);
+        let (first, slopes) = section.map.spline.slope_weights(t[p]);
         let rate = points.rate[p];
-        let index = points.index[p] + rate * turning;
-        totals += index * by_total;
-        // at a given arc length the index falls where the arc length at the index grows
+        points.index[p] += rate * turning;
         for q in 0..4 {
-            by_arc[first + q] += rate * slopes[q] - index * (w[q] / rates[p]);
+            by_arc[first + q] += rate * slopes[q];
         }
     }
+    add_places(solved, reverse, &t, &points.index, &mut by_arc);
     for side in Side::BOTH {
         add_trip(solved, reverse, side, &mut by_arc, collected);
     }
     let mut by_length = section.map.spline.coefficients_transposed(&by_arc);
-    by_length[section.len() - 1] += totals;
+    by_length[section.len() - 1] += transition_total(reverse);
     add_lengths(reverse, &by_length, collected);
 }
 
-/// Sensitivity to the total arc length through the abscissas of the stations and through transition.
-fn chain_total(reverse: &Reverse) -> Lanes {
-    let multipliers = &reverse.multipliers;
-    let mut total = Lanes::zeros();
-    for (block, m) in reverse.at.blocks.iter().zip(&multipliers.chain) {
-        for (g, m) in block.globals.iter().zip(m) {
-            total -= m * g[TOTAL];
+/// Adds how the places of the points follow the arc length of the nodes. The stagnation point and the laminar stations
+/// stand at given arc lengths, the turbulent stations at given fractions of the indices behind transition.
+fn add_places(solved: &Solved, reverse: &Reverse, t: &[f64], by_index: &[Lanes], by_arc: &mut [Lanes]) {
+    let (map, numbering) = (&reverse.section.map, &reverse.at.numbering);
+    // at a given arc length the index falls where the arc length at the index grows
+    let mut held = |t: f64, by_index: Lanes| {
+        let (first, w) = map.spline.weights(t);
+        let rate: f64 = map.rate(t);
+        for q in 0..4 {
+            by_arc[first + q] -= by_index * (w[q] / rate);
+        }
+    };
+    held(t[numbering.side], by_index[numbering.side]);
+    let abscissas = by_abscissas(reverse);
+    let mut turbulent: Vec<(f64, Lanes)> = Vec::new();
+    for side in Side::BOTH {
+        for j in 0..numbering.laminar {
+            let p = numbering.point(side, j);
+            held(t[p], by_index[p]);
+        }
+        let mut start = Lanes::zeros();
+        for (i, h) in solved.system.layer.layout.turbulent.iter().enumerate() {
+            let j = numbering.laminar + i;
+            let p = numbering.point(side, j);
+            // distance from the stagnation point per arc length from the first node
+            let by_arc_length = abscissas[numbering.station(side, j)] * -side.sign();
+            let by_place = by_arc_length * map.rate::<f64>(t[p]);
+            start += (by_index[p] + by_place) * (1.0 - h);
+            turbulent.push((t[p], by_arc_length));
+        }
+        held(t[numbering.point(side, numbering.laminar - 1)], start);
+    }
+    for (t, by_arc_length) in turbulent {
+        let (first, w) = map.spline.weights(t);
+        for q in 0..4 {
+            by_arc[first + q] += by_arc_length * w[q];
         }
     }
+}
+
+/// Sensitivities, by way of the equations of the layer, to the distances of the stations from the stagnation point.
+fn by_abscissas(reverse: &Reverse) -> Vec<Lanes> {
+    let numbering = &reverse.at.numbering;
+    let mut result = vec![Lanes::zeros(); numbering.wake_start()];
+    for k in 0..numbering.wake_start() {
+        let first = k == 0 || k == numbering.side;
+        for (by, m) in reverse.at.blocks[k].abscissas.iter().zip(&reverse.multipliers.chain[k]) {
+            result[k] -= m * by[1];
+            if !first {
+                result[k - 1] -= m * by[0];
+            }
+        }
+    }
+    result
+}
+
+/// Sensitivity to the total arc length through transition.
+fn transition_total(reverse: &Reverse) -> Lanes {
+    let mut total = Lanes::zeros();
     for side in Side::BOTH {
         let g = gradient(&reverse.at.transition[side.index()]);
-        total -= multipliers.transition[side.index()] * g[TOTAL];
+        total -= reverse.multipliers.transition[side.index()] * g[TOTAL];
     }
     total
 }

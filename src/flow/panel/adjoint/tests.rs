@@ -4,11 +4,11 @@
 use super::reverse::{Collected, Lanes, lanes};
 use super::testing::{Sums, at_solutions};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
+use crate::flow::index_spline::combine_real;
 use crate::flow::layer::Derived;
 use crate::flow::panel::compressibility::PanelEdge;
 use crate::flow::panel::coupling::response::smooth;
 use crate::flow::panel::coupling::speeds::{EdgeSpeeds, Positions, node_strengths};
-use crate::flow::panel::coupling::surface::combine_real;
 use crate::flow::panel::coupling::system::{mass_defect, signed};
 use crate::flow::panel::outline::balance;
 use crate::flow::panel::solved::Solved;

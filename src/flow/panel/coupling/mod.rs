@@ -1,8 +1,8 @@
 //! The panels coupled with the boundary layer: one Newton iteration for panels, layer, wake, stagnation and transition.
 //!
 //! The mass defect of the stations is projected to the nodes ([`projection`]). The panels answer with speeds at the
-//! nodes and in the wake ([`response`]). A spline over the node index gives these to the stations ([`surface`],
-//! [`surface_map`], [`speeds`]), and the part that the panels cannot resolve is added locally ([`subpanel`]). So
+//! nodes and in the wake ([`response`]). A spline over the node index gives these to the stations ([`speeds`]),
+//! and the part that the panels cannot resolve is added locally ([`subpanel`]). So
 //! nothing jumps from node to node, and the coefficients are smooth functions of the shape.
 //!
 //! [`system`] puts the equations together. [`eliminate`] and [`reduced`] reduce the Newton system to about one unknown
@@ -17,8 +17,6 @@ pub(crate) mod reduced;
 pub(crate) mod response;
 pub(crate) mod speeds;
 pub(crate) mod subpanel;
-pub(crate) mod surface;
-pub(crate) mod surface_map;
 pub(crate) mod system;
 
 #[cfg(test)]

@@ -4,9 +4,8 @@
 //! the wake also to the incidence. N is the number of nodes of the section, W that of the wake.
 
 use super::subpanel;
-use super::surface::invert;
-use super::surface_map::SurfaceMap;
 use crate::flow::FlowError;
+use crate::flow::index_spline::invert;
 use crate::flow::linear::product;
 use crate::flow::memory::Memo;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
@@ -15,6 +14,7 @@ use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_
 use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::streamline::Streamline;
 use crate::flow::panel::wake;
+use crate::flow::surface_map::SurfaceMap;
 use crate::plane::distance;
 use nalgebra::DMatrix;
 use std::sync::Arc;

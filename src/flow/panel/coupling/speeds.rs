@@ -3,8 +3,8 @@
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
 use super::subpanel::LocalSpeeds;
-use super::surface::{Weights, combine};
-use crate::flow::layer::{ByGlobal, GLOBALS, Layout, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
+use crate::flow::index_spline::{Weights, combine};
+use crate::flow::layer::{ByGlobal, GLOBALS, Layout, Numbering, STAGNATION, Side, TRANSITION, Unknowns};
 use crate::flow::linear::{add_scaled, dot};
 use crate::flow::memory::{give_back, large_zeros};
 use crate::scalar::Scalar;
@@ -102,23 +102,21 @@ impl<S: Global> Positions<S> {
     /// The speeds for signed mass defects `mass` at the points (0 at the stagnation point) and `wake_mass` in the wake.
     pub fn new(layout: &Layout, section: &SectionResponse, unknowns: &Unknowns) -> Self {
         let stagnation = S::global(unknowns.stagnation, STAGNATION);
-        let total = S::global(section.map.total, TOTAL);
+        let numbering = Numbering::new(layout);
+        let map = &section.map;
+        let mut index = vec![map.index(stagnation); numbering.points()];
         let abscissas = Side::BOTH.map(|side| {
             let transition = S::global(unknowns.transition[side.index()], TRANSITION[side.index()]);
-            layout.abscissas(transition, side.length(stagnation, total))
-        });
-        let numbering = Numbering::new(layout);
-        let mut index = vec![section.map.index(stagnation); numbering.points()];
-        for side in Side::BOTH {
-            for (j, x) in abscissas[side.index()].iter().enumerate() {
-                index[numbering.point(side, j)] = section.map.index(side.place(stagnation, *x));
+            let mut abscissas: Vec<S> = layout.laminar.iter().map(|f| transition * *f).collect();
+            for (j, x) in abscissas.iter().enumerate() {
+                index[numbering.point(side, j)] = map.index(side.place(stagnation, *x));
             }
-        }
-        // the last stations stand exactly on the edge
-        let last = (section.len() - 1) as f64;
-        index[0] = S::from(0.0);
-        let end = numbering.points() - 1;
-        index[end] = S::from(last);
+            for (j, t) in layout.turbulent_indices(map, side, [stagnation, transition]).enumerate() {
+                index[numbering.point(side, numbering.laminar + j)] = t;
+                abscissas.push(side.distance(stagnation, map.arc_length(t)));
+            }
+            abscissas
+        });
         Self { abscissas, index }
     }
 }

@@ -82,7 +82,7 @@ impl<'a> System<'a> {
             law: PanelEdge::new(mach, reynolds),
             gap: &flow.gap,
             distances: &section.wake_distances,
-            total: section.map.total,
+            surface: &section.map,
             n_critical,
             trips,
         };

@@ -4,9 +4,9 @@
 use super::projection;
 use super::reduced::Reduced;
 use super::response::{FlowResponse, SectionResponse, smooth, smooth_columns};
-use super::surface::{IndexSpline, combine_real};
 use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
+use crate::flow::index_spline::{IndexSpline, combine_real};
 use crate::flow::layer::{Change, Layout, State, Unknowns};
 use crate::flow::panel::outline::Outline;
 use crate::flow::panel::testing::{assert_same, cambered_flows, wave};

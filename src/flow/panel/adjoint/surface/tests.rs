@@ -3,11 +3,11 @@
 use super::super::reverse::{Collected, Lanes, Reverse, lanes};
 use super::super::testing::{Sums, at_solutions};
 use super::{AtPoints, add_lengths, add_local, add_projection, add_splines, add_surface, add_trip, entries};
+use crate::flow::index_spline::{combine, combine_real, invert};
 use crate::flow::layer::equations::BY_TRIP;
 use crate::flow::layer::{Derived, EdgeLaw, Side, testing};
 use crate::flow::panel::coupling::projection;
 use crate::flow::panel::coupling::subpanel::Wall;
-use crate::flow::panel::coupling::surface::{combine, combine_real, invert};
 use crate::flow::panel::coupling::system::signed;
 use crate::flow::panel::outline::arc_lengths;
 use crate::flow::panel::solved::Solved;
@@ -204,8 +204,24 @@ fn on_surface(solved: &Solved, reverse: &Reverse, nodes: &[[Forward; 2]]) -> Vec
     let total = lengths[lengths.len() - 1];
     let stagnation = Forward::from(solved.unknowns.stagnation);
     let transition = solved.unknowns.transition.map(Forward::from);
-    let abscissas =
-        Side::BOTH.map(|side| layer.layout.abscissas(transition[side.index()], side.length(stagnation, total)));
+    let mut index: Vec<Forward> = at.positions.index.iter().map(|t| Forward::from(t.re)).collect();
+    index[numbering.side] = followed(reverse, index[numbering.side].re, &arc, stagnation);
+    let abscissas = Side::BOTH.map(|side| {
+        let transition = transition[side.index()];
+        let mut abscissas: Vec<Forward> = layer.layout.laminar.iter().map(|f| transition * *f).collect();
+        for (j, x) in abscissas.iter().enumerate() {
+            let p = numbering.point(side, j);
+            index[p] = followed(reverse, index[p].re, &arc, side.place(stagnation, *x));
+        }
+        let start = index[numbering.point(side, numbering.laminar - 1)];
+        let edge = if side == Side::Upper { 0.0 } else { map.last() };
+        for (i, h) in layer.layout.turbulent.iter().enumerate() {
+            let t = start + (start - edge) * -*h;
+            index[numbering.point(side, numbering.laminar + i)] = t;
+            abscissas.push(side.distance(stagnation, combine(&map.spline.weights(t), &arc)));
+        }
+        abscissas
+    });
     let law = layer.law.map(Forward::from);
     let derived: Vec<Derived<Forward>> = layer.derive(solved.unknowns, |state| state.map(Forward::from), &law);
     let gap: Vec<Forward> = layer.gap.iter().map(|gap| Forward::from(*gap)).collect();
@@ -214,20 +230,12 @@ fn on_surface(solved: &Solved, reverse: &Reverse, nodes: &[[Forward; 2]]) -> Vec
     for (residual, multiplier) in residuals.as_flattened().iter().zip(reverse.multipliers.chain.as_flattened()) {
         all.push((*residual, -multiplier));
     }
-    let mut index: Vec<Forward> = at.positions.index.iter().map(|t| Forward::from(t.re)).collect();
-    index[numbering.side] = followed(reverse, index[numbering.side].re, &arc, stagnation);
     for side in Side::BOTH {
         let last = Forward::from(solved.unknowns.stations[numbering.last_laminar(side)].amplification());
         let trip = moving_trip(solved, reverse, side, nodes);
         let numbers = [transition[side.index()], stagnation, total, last];
         let residual = testing::transition(layer, side, numbers, trip);
         all.push((residual, -reverse.multipliers.transition[side.index()]));
-        // the last station stands on the edge whatever happens
-        for j in 0..numbering.side - 1 {
-            let p = numbering.point(side, j);
-            let place = side.place(stagnation, abscissas[side.index()][j]);
-            index[p] = followed(reverse, index[p].re, &arc, place);
-        }
     }
     let rate: Vec<Forward> = index.iter().map(|t| combine(&map.spline.slope_weights(*t), &arc)).collect();
     let mass = mass(reverse);

@@ -1,6 +1,6 @@
 //! The map between node index and arc length: the geometry of the surface coordinate.
 
-use super::surface::{IndexSpline, combine, combine_real, invert};
+use super::index_spline::{IndexSpline, combine, combine_real, invert};
 use crate::differentiate::{Tangent, lift_root};
 use crate::scalar::Scalar;
 
@@ -33,10 +33,8 @@ impl SurfaceMap {
 
     /// Node index at arc length `s`, with the derivatives `s` carries.
     pub fn index<S: Scalar>(&self, s: S) -> S {
-        let t = self.cell_index(s.re()).unwrap_or_else(|| {
-            let last = (self.nodes.len() - 1) as f64;
-            invert(&self.spline, &self.arc, s.re(), 0.0, last, 1.0)
-        });
+        let t =
+            self.cell_index(s.re()).unwrap_or_else(|| invert(&self.spline, &self.arc, s.re(), 0.0, self.last(), 1.0));
         let rate: f64 = self.rate(t);
         // first derivatives are all that is asked for, so that the equation may be taken as linear
         debug_assert!(S::NDERIV <= 1);
@@ -65,6 +63,16 @@ impl SurfaceMap {
             }
         }
         None
+    }
+
+    /// Arc length from the first node at the node index `t`, in chords.
+    pub fn arc_length<S: Scalar>(&self, t: S) -> S {
+        combine_real(&self.spline.weights(t), &self.arc)
+    }
+
+    /// Node index of the last node.
+    pub fn last(&self) -> f64 {
+        (self.nodes.len() - 1) as f64
     }
 
     /// Arc length per node index at `t`.
