@@ -86,7 +86,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { laminar_stations: 80, turbulent_stations: 40, tolerance: 1e-10, iterations: 40, retry: true }
+        Self { laminar_stations: 80, turbulent_stations: 48, tolerance: 1e-10, iterations: 40, retry: true }
     }
 }
 

@@ -44,7 +44,7 @@ pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
     let density = |k: usize| {
         let edge = arc[k].min(total - arc[k]);
         let bend = curvature[k] * total / 2.0;
-        1.0 + 0.2 * bend.sqrt() + 0.1 * bend + 6.0 * (-edge / (0.02 * total)).exp()
+        1.0 + 0.2 * bend.sqrt() + 0.25 * bend + 4.0 * (-edge / (0.02 * total)).exp()
     };
     let mut sum = vec![0.0];
     for k in 1..SAMPLES {

@@ -51,10 +51,11 @@ impl Layout {
     pub fn new(laminar: usize, turbulent: usize, wake: usize) -> Self {
         // laminar stations are dense at both ends: laminar separation ahead of transition, and a side that is laminar up
         // to the edge, need stations as close as the panels. Turbulent ones crowd behind transition, where the shape
-        // parameter falls within some fifty momentum thicknesses (at a thin nose a thousandth of the side)
+        // parameter falls within some fifty momentum thicknesses (at a thin nose a thousandth of the side), and a little at
+        // the edge, where the nodes alone crowd enough for the panels but not for a shape parameter near separation
         Self {
             laminar: LAMINAR.get(laminar, || graded(laminar, |x| 1.0 / (0.04 + x) + 0.6 / (1.02 - x) + 1.0)),
-            turbulent: TURBULENT.get(turbulent, || graded(turbulent, |x| 1.0 / (0.0025 + x) + 7.0)),
+            turbulent: TURBULENT.get(turbulent, || graded(turbulent, |x| 1.0 / (0.004 + x) + 0.5 / (1.03 - x) + 10.0)),
             wake,
         }
     }
