@@ -19,7 +19,7 @@ pub use builtin::{BuiltinCase, builtin_cases};
 pub use error::CaseError;
 pub use outcome::{CaseEvaluation, CaseOutcome, RunError};
 
-use crate::design::{DesignError, DesignProblem, Problem, Variable};
+use crate::design::{DesignError, DesignProblem, Problem, Variable, weighted_sum};
 use crate::optimize::limited::read_limited;
 use crate::optimize::{Identity, Method, OptimizeError, Optimizer, Progress};
 use document::Document;
@@ -159,27 +159,40 @@ impl Case {
     /// Objective and values at a design, one value per variable in the unit of each.
     ///
     /// # Errors
-    /// A shape or quantity that has no value.
+    /// A shape that cannot be built, or a quantity of objective or constraints that has no value.
     pub fn evaluate(&self, variables: &[f64]) -> Result<CaseEvaluation, DesignError> {
-        self.evaluation(variables, self.problem.quantities_at(variables)?, None)
+        self.evaluation(variables, self.problem.values_at(variables), None)
     }
 
     /// Objective, values and exact gradients at a design, one value per variable in the unit of each.
     ///
     /// # Errors
-    /// A shape or quantity that has no value.
+    /// A shape that cannot be built, or a quantity of objective or constraints that has no value or no gradient.
     pub fn evaluate_with_gradients(&mut self, variables: &[f64]) -> Result<CaseEvaluation, DesignError> {
-        let (values, gradients) = self.problem.gradients(variables)?.into_iter().unzip();
+        let slopes = self.problem.gradients(variables)?;
+        // a value may exist where its gradient does not
+        let alone = if slopes.iter().any(Option::is_none) { self.problem.values_at(variables) } else { Vec::new() };
+        let value = |(q, slope): (usize, &Option<(f64, Vec<f64>)>)| match slope {
+            Some((value, _)) => Ok(*value),
+            None => alone[q].clone(),
+        };
+        let values = slopes.iter().enumerate().map(value).collect();
+        let gradients = slopes.into_iter().map(|slope| slope.map(|(_, gradient)| gradient)).collect();
         self.evaluation(variables, values, Some(gradients))
     }
 
     fn evaluation(
         &self,
         variables: &[f64],
-        values: Vec<f64>,
-        gradients: Option<Vec<Vec<f64>>>,
+        values: Vec<Result<f64, DesignError>>,
+        gradients: Option<Vec<Option<Vec<f64>>>>,
     ) -> Result<CaseEvaluation, DesignError> {
-        let objective = values.iter().zip(self.problem.objective_weights()).map(|(v, w)| v * w).sum();
+        let lacking = values.iter().enumerate().find(|(q, value)| value.is_err() && self.problem.is_used(*q));
+        if let Some((_, Err(error))) = lacking {
+            return Err(error.clone());
+        }
+        let numbers: Vec<f64> = values.iter().map(|value| value.clone().unwrap_or(f64::NAN)).collect();
+        let objective = weighted_sum(&numbers, self.problem.objective_weights());
         let shape = self.problem.shape(variables)?;
         let fold = self.problem.fold_report(&shape);
         let self_intersecting = shape.section.self_intersection().is_some();

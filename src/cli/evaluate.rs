@@ -7,7 +7,7 @@ use super::output::{print, print_json};
 use super::overview::groups;
 use crate::case::Case;
 use crate::report::engineering;
-use crate::report::json::{EvaluationReport, Named};
+use crate::report::json::EvaluationReport;
 
 /// Arguments of `aeroform evaluate`.
 #[derive(Debug, clap::Args)]
@@ -42,22 +42,32 @@ const DIGITS: usize = 7;
 
 fn as_text(report: &EvaluationReport) -> String {
     let mut text = format!("  {:24} {}\n", "objective", engineering(report.objective, DIGITS));
-    let entries: Vec<(&str, &f64)> = report.values.iter().collect();
+    let entries: Vec<(&str, f64)> = report.values.iter().map(|(name, v)| (name, v.unwrap_or(f64::NAN))).collect();
     let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
     for group in groups(&names) {
         // of a family the smallest
-        let smallest = group.members.iter().copied().min_by(|a, b| entries[*a].1.total_cmp(entries[*b].1));
+        let smallest = group.members.iter().copied().min_by(|a, b| entries[*a].1.total_cmp(&entries[*b].1));
         let Some((name, value)) = smallest.map(|k| entries[k]) else { continue };
         if group.members.len() > 1 {
             let label = format!("{}, smallest of {}", group.name, group.members.len());
             let place = name.trim_start_matches(group.name);
-            text.push_str(&format!("  {label:24} {} at {place}\n", engineering(*value, DIGITS)));
+            text.push_str(&format!("  {label:24} {} at {place}\n", engineering(value, DIGITS)));
             continue;
         }
-        text.push_str(&format!("  {name:24} {}\n", engineering(*value, DIGITS)));
+        if let Some(reason) = report.without_value.get(name) {
+            text.push_str(&format!("  {name:24} no value: {reason}\n"));
+            continue;
+        }
+        text.push_str(&format!("  {name:24} {}\n", engineering(value, DIGITS)));
         let slopes = report.gradients.as_ref().and_then(|gradients| gradients.get(name));
-        for (variable, slope) in slopes.into_iter().flat_map(Named::iter) {
-            text.push_str(&format!("    d/d {variable:16} {}\n", engineering(*slope, DIGITS)));
+        match slopes {
+            Some(Some(slopes)) => {
+                for (variable, slope) in slopes.iter() {
+                    text.push_str(&format!("    d/d {variable:16} {}\n", engineering(*slope, DIGITS)));
+                }
+            }
+            Some(None) => text.push_str("    no derivatives here\n"),
+            None => {}
         }
     }
     if let (Some(folded), Some(indicator)) = (report.folded, report.min_fold_indicator) {

@@ -244,6 +244,7 @@ mod tests {
             seconds: 0.5,
             objective: None,
             values: Named::new(["cd"], [Some(0.007)]),
+            without_value: Named(Vec::new()),
             constraints: Named(Vec::new()),
             kkt_residual: f64::NAN,
             variables: Named::new(["dx[0,0]"], [0.25]),

@@ -218,6 +218,10 @@ fn quantity_row(result: &RunReport, name: &str, in_counts: bool, minimised: bool
         role: if minimised { "minimised".into() } else { String::new() },
         tone: Tone::Plain,
     };
+    // without any design the verdict gives the reason once
+    if let Some(reason) = result.without_value.get(name).filter(|_| result.objective.is_some()) {
+        row.role = format!("no value: {reason}");
+    }
     if let Some(constraint) = result.constraints.get(name) {
         row.bound = bound(name, constraint.lower, constraint.upper);
         let multiplier = constraint.multiplier.unwrap_or(0.0);

@@ -21,6 +21,7 @@ mod quantity;
 mod shape;
 mod shape_error;
 
+pub(crate) use design_problem::weighted_sum;
 pub use design_problem::{Constraint, DesignProblem, ShapeFlows};
 pub use error::DesignError;
 pub(crate) use flow_analysis::FlowAnalysis;

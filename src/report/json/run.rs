@@ -1,5 +1,6 @@
 //! `result.json`: the end of a run.
 
+use super::evaluation::without_value;
 use super::{Named, identifiers};
 use crate::case::{Case, CaseOutcome};
 use crate::design::{Problem, ProblemDescription};
@@ -27,8 +28,10 @@ pub struct RunReport {
     pub seconds: f64,
     /// Objective of the best design; `None` where the start could not be evaluated.
     pub objective: Option<f64>,
-    /// Value of every quantity of objective, constraints and report at the best design.
+    /// Value of every quantity of objective, constraints and report at the best design; `None` for one without.
     pub values: Named<Option<f64>>,
+    /// The reason for every quantity that has no value at the best design.
+    pub without_value: Named<String>,
     /// The constraints by the name of their quantity.
     pub constraints: Named<ConstraintReport>,
     /// How far the best design is from the first-order conditions: see
@@ -103,10 +106,17 @@ impl RunReport {
             (0..problem.constraint_names.len()).map(|k| evaluation.map(|e| e.constraints[k])).collect();
         let start = case.problem.start_values();
         // a start without a value is no error of a run that went on from there
-        let initial = case.problem.values_at(&start);
+        let initial: Vec<Option<f64>> = case.problem.values_at(&start).into_iter().map(Result::ok).collect();
         let weighted = initial.iter().zip(case.problem.objective_weights()).filter(|(_, weight)| **weight != 0.0);
         let initial_objective = weighted.map(|(value, weight)| Some((*value)? * weight)).sum();
         let names = &problem.value_names;
+        let at_end: Vec<Option<f64>> = match evaluation {
+            Some(evaluation) => evaluation.values.iter().map(|v| v.is_finite().then_some(*v)).collect(),
+            None => vec![None; names.len()],
+        };
+        // they are found again only where a reason is asked for
+        let lacking = at_end.iter().any(Option::is_none);
+        let reasons = if lacking { case.problem.values_at(&end.variables) } else { Vec::new() };
         let values = |of: &dyn Fn(usize) -> Option<f64>| Named::new(names, (0..names.len()).map(of));
         Self {
             case: case.name.clone(),
@@ -118,7 +128,8 @@ impl RunReport {
             iterations: outcome.iterations,
             seconds: outcome.seconds,
             objective: evaluation.map(|e| e.objective),
-            values: values(&|k| evaluation.map(|e| e.values[k])),
+            values: values(&|k| at_end[k]),
+            without_value: without_value(names, &reasons),
             constraints: constraint_reports(problem, &constrained, &outcome.multipliers),
             kkt_residual: outcome.kkt_residual,
             variables: Named::by_variable(&case.problem, &end.variables),
