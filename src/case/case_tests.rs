@@ -233,7 +233,7 @@ fn clones_solve_their_flows_side_by_side() {
 fn symmetric(objective: &str, more: &str) -> String {
     format!(
         "name = \"still\"\n[section]\nnaca = \"0012\"\n[box]\nx = [-0.1, 1.1]\ny = [-0.15, 0.15]\n\
-         control_points = [4, 4]\n[variables]\nfree = \"all\"\n[objective]\nminimize = {objective}\n{more}"
+         control_points = [4, 4]\ndegree = [3, 3]\n[variables]\nfree = \"all\"\n[objective]\nminimize = {objective}\n{more}"
     )
 }
 

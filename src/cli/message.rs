@@ -4,14 +4,17 @@ use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;
 
+/// The heading of options about messages, which every subcommand has.
+const HEADING: &str = "Messages";
+
 /// How much the command says; the same for the whole process.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(super) struct Voice {
     /// Say nothing on standard error but why the command failed: no progress, no notes
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = HEADING)]
     pub quiet: bool,
     /// Say more: the attempts of the flow solver where the direct way failed
-    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    #[arg(long, short, global = true, help_heading = HEADING, conflicts_with = "quiet")]
     pub verbose: bool,
 }
 
@@ -52,6 +55,23 @@ pub(super) fn paragraph(text: &str) -> String {
     wrapped(text, width, "")
 }
 
+/// An item of a list for standard output, indented, in lines that fit its terminal. Comparisons such as `x ≤ 0.1` are not
+/// broken.
+pub(super) fn item(text: &str) -> String {
+    let terminal = console::Term::stdout();
+    let width = if terminal.is_term() { usize::from(terminal.size().1) } else { usize::MAX };
+    wrapped_item(text, width)
+}
+
+fn wrapped_item(text: &str, width: usize) -> String {
+    const GLUE: char = '\u{a0}';
+    let mut glued = format!("  {text}");
+    for sign in ["≤", "≥", "=", "…"] {
+        glued = glued.replace(&format!(" {sign} "), &format!("{GLUE}{sign}{GLUE}"));
+    }
+    wrapped(&glued, width, "    ").replace(GLUE, " ")
+}
+
 fn terminal_width() -> usize {
     console::Term::stderr().size_checked().map_or(80, |(_, columns)| usize::from(columns))
 }
@@ -70,7 +90,7 @@ fn wrapped(text: &str, width: usize, indent: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::wrapped;
+    use super::{wrapped, wrapped_item};
 
     #[test]
     fn messages_fit_the_terminal_and_words_stay_whole() {
@@ -82,5 +102,10 @@ mod tests {
         );
         assert_eq!(wrapped(text, usize::MAX, "  "), text);
         assert_eq!(wrapped("one\ntwo", 40, "  "), "one\ntwo");
+        let item = "bounds of 3 of 9 variables: dy[0,1] ≤ 0.1, dx[2,1] ≥ -0.05 without need, dy[1,1] ≤ 0.2";
+        assert_eq!(
+            wrapped_item(item, 40),
+            "  bounds of 3 of 9 variables:\n    dy[0,1] ≤ 0.1, dx[2,1] ≥ -0.05\n    without need, dy[1,1] ≤ 0.2"
+        );
     }
 }

@@ -39,6 +39,15 @@ pub(crate) fn directory(path: &Path) -> &Path {
     }
 }
 
+/// The error of the operating system alone: the name of a temporary file tells a user nothing.
+fn without_name(error: io::Error) -> io::Error {
+    let inner = error.get_ref().and_then(std::error::Error::source).and_then(|e| e.downcast_ref::<io::Error>());
+    match inner.and_then(io::Error::raw_os_error) {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => error,
+    }
+}
+
 /// Writes a temporary file beside `path` and sees it onto the disk; it vanishes unless it is renamed to `path`.
 pub(crate) fn stage(
     path: &Path,
@@ -49,7 +58,7 @@ pub(crate) fn stage(
     // temporary files are private by default; what they become is an ordinary file
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(directory(path))?;
+    let file = builder.tempfile_in(directory(path)).map_err(without_name)?;
     // tells that its writer lives; where the system cannot lock, nothing is swept either
     let _ = file.as_file().try_lock();
     let mut writer = BufWriter::new(file.as_file());

@@ -46,12 +46,23 @@ impl HistoryRow {
     }
 
     fn kind(&self) -> &'static str {
-        match (self.failed(), self.sampling, self.evaluation) {
-            (true, ..) => "failed",
-            (_, true, _) => "sample",
-            (.., 1) => "start",
-            _ => "trial",
-        }
+        kind(self.failed(), self.sampling, self.evaluation)
+    }
+}
+
+impl Progress<'_> {
+    /// The kind of the evaluation in one word: `"start"`, `"trial"`, `"sample"` or `"failed"`.
+    pub fn kind(&self) -> &'static str {
+        kind(self.result.is_err(), self.sampling, self.evaluation)
+    }
+}
+
+fn kind(failed: bool, sampling: bool, evaluation: usize) -> &'static str {
+    match (failed, sampling, evaluation) {
+        (true, ..) => "failed",
+        (_, true, _) => "sample",
+        (.., 1) => "start",
+        _ => "trial",
     }
 }
 

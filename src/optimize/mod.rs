@@ -71,6 +71,7 @@ mod slsqp;
 mod sqp;
 #[cfg(test)]
 mod testcases;
+mod trend;
 mod trust_region;
 mod vector;
 mod verdict;

@@ -110,12 +110,9 @@ fn held_variables(ledger: &Ledger<'_>, point: &Iterate) -> Option<String> {
     }
 }
 
-/// The iterations are used up; `point` is handed out.
-pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String {
-    format!(
-        "Stopped at the limit of {} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
-        ledger.iteration, point.optimality.residual, point.violation
-    )
+/// The iterations are used up; the ledger adds where the run stands.
+pub(super) fn out_of_iterations(ledger: &Ledger<'_>, _point: &Iterate) -> String {
+    format!("Stopped at the limit of {} iterations before a tolerance was met.", ledger.iteration)
 }
 
 /// All steps from `point` lead to failed analyses.

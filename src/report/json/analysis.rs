@@ -97,6 +97,11 @@ impl AnalysisReport {
         }
     }
 
+    /// The report with the angle of attack as it was asked for, in degrees: that of the solution went through radians.
+    pub fn at_angle(self, alpha: f64) -> Self {
+        Self { alpha, ..self }
+    }
+
     /// The report of a point that has no flow, for the reason given; `alpha` is in degrees.
     pub fn refused(alpha: f64, mach: f64, reynolds: f64, reason: String, repairs: &[String]) -> Self {
         let none = None;
