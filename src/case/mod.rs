@@ -158,8 +158,8 @@ impl Case {
     }
 
     /// All that the values of a run and the steps of its method depend on, for
-    /// [`Checkpoint`](crate::optimize::Checkpoint): this version of the program, the method, the content of the case and
-    /// of every file it names.
+    /// [`Checkpoint`](crate::optimize::Checkpoint): this version of the program, the method, the content of the case
+    /// and of every file it names.
     ///
     /// A run may be resumed with other limits and tolerances, and after changes of comments, layout, name and
     /// description of the case file.

@@ -28,8 +28,8 @@ pub struct CaseEvaluation {
     /// One value per quantity, in the order of [`DesignProblem::quantities`](crate::design::DesignProblem::quantities),
     /// or the reason why one that is only reported has none.
     pub values: Vec<Result<f64, DesignError>>,
-    /// Exact derivatives, where they were asked for: one row per quantity, one entry per variable; `None` for a quantity
-    /// that is only reported and has no gradient.
+    /// Exact derivatives, where they were asked for: one row per quantity, one entry per variable; `None` for a
+    /// quantity that is only reported and has no gradient.
     pub gradients: Option<Vec<Option<Vec<f64>>>>,
     /// Whether the box has folded; `None` where the case has no box.
     pub fold: Option<FoldReport>,

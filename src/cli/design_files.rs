@@ -7,8 +7,8 @@ use crate::case::Case;
 use crate::report::json::identifier;
 use crate::section::{Measure, Section, SeligFormat};
 
-/// Names and contents of the files of the design with these variables, one value per variable in the unit of each. Flows
-/// that have no solution leave no figure.
+/// Names and contents of the files of the design with these variables, one value per variable in the unit of each.
+/// Flows that have no solution leave no figure.
 pub(super) fn design_files(case: &Case, variables: &[f64]) -> Result<Vec<(String, String)>, Failure> {
     let failed = |e: &dyn std::fmt::Display| Failure::Computation(format!("{}: {e}", case.name));
     let problem = &case.problem;

@@ -16,7 +16,8 @@ use std::path::PathBuf;
 pub(super) struct EvaluateArguments {
     /// A TOML file or the name of a built-in case
     case: String,
-    /// JSON file with the design vector {"variable name": value, …}; missing variables keep their start; `-` reads standard input
+    /// JSON file with the design vector {"variable name": value, …}; missing variables keep their start; `-` reads
+    /// standard input
     #[arg(long, value_name = "FILE.json")]
     at: Option<String>,
     /// Also the exact derivative of every value with respect to every variable

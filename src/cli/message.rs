@@ -39,8 +39,8 @@ pub(super) fn note(text: impl Display) {
     }
 }
 
-/// A message after the name of the command. One that cannot be written is lost, and nothing else: a closed pipe or a full
-/// disk behind standard error must not end a computation.
+/// A message after the name of the command. One that cannot be written is lost, and nothing else: a closed pipe or a
+/// full disk behind standard error must not end a computation.
 pub(super) fn say(text: impl Display) {
     let width = if std::io::stderr().is_terminal() { terminal_width() } else { usize::MAX };
     let text = wrapped(&format!("aeroform: {text}"), width, "  ") + "\n";
@@ -55,8 +55,8 @@ pub(super) fn paragraph(text: &str) -> String {
     wrapped(text, width, "")
 }
 
-/// An item of a list for standard output, indented, in lines that fit its terminal. Comparisons such as `x ≤ 0.1` are not
-/// broken.
+/// An item of a list for standard output, indented, in lines that fit its terminal. Comparisons such as `x ≤ 0.1` are
+/// not broken.
 pub(super) fn item(text: &str) -> String {
     let terminal = console::Term::stdout();
     let width = if terminal.is_term() { usize::from(terminal.size().1) } else { usize::MAX };

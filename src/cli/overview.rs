@@ -1,5 +1,5 @@
-//! A run at a glance: what changed from start to end, what holds the design, and why it may be trusted. The terminal and
-//! the page show the same.
+//! A run at a glance: what changed from start to end, what holds the design, and why it may be trusted. The terminal
+//! and the page show the same.
 
 use super::figures::condition_text;
 use crate::case::Case;

@@ -234,8 +234,8 @@ fn decimals(number: &str) -> usize {
     }
 }
 
-/// Solves all points and shows them in their order; each job takes a run of neighbouring ones, every point starting from
-/// the last.
+/// Solves all points and shows them in their order; each job takes a run of neighbouring ones, every point starting
+/// from the last.
 ///
 /// A point that has no flow keeps its reason, and the others their flows.
 fn sweep(

@@ -26,8 +26,8 @@ pub(super) struct RunArguments {
     /// Where the results go [default: out/<case>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit. Limits,
-    /// tolerance, comments and description may have changed
+    /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit.
+    /// Limits, tolerance, comments and description may have changed
     #[arg(long)]
     resume: bool,
     /// Optimiser instead of the case's: lbfgs, newton, slsqp or sqp

@@ -232,8 +232,8 @@ impl DesignProblem {
         Ok(used.find_map(|q| Some((q, lacks(q)?))))
     }
 
-    /// Value and gradient of each quantity, in the variables' own units; `None` for one that is only reported and has no
-    /// value or no gradient.
+    /// Value and gradient of each quantity, in the variables' own units; `None` for one that is only reported and has
+    /// no value or no gradient.
     ///
     /// # Errors
     /// A shape that cannot be built, or a quantity of objective or constraints that has no value.
@@ -295,8 +295,8 @@ impl DesignProblem {
         Some(ShapeFlows { nodes, solutions: flow.solutions(shape) })
     }
 
-    /// The section of a shape, prepared for the flow solver of the problem to be analysed at any operating point; `None`
-    /// without flow.
+    /// The section of a shape, prepared for the flow solver of the problem to be analysed at any operating point;
+    /// `None` without flow.
     ///
     /// # Errors
     /// A shape that the solver cannot take.

@@ -49,7 +49,8 @@ pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     message
 }
 
-/// The constraints and bounds that hold the design: the constraints, strongest first, with what they cost, and the bounds of variables.
+/// The constraints and bounds that hold the design: the constraints, strongest first, with what they cost, and the
+/// bounds of variables.
 fn holding(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let bounds = &ledger.description().constraint_bounds;
     let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);

@@ -3,8 +3,8 @@
 use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution, Status};
 use serde::Serialize;
 
-/// A viscous flow. The coefficients of a flow that was not found are `None`; those of a flow beyond the model are there,
-/// flagged.
+/// A viscous flow. The coefficients of a flow that was not found are `None`; those of a flow beyond the model are
+/// there, flagged.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AnalysisReport {
     /// Whether the numbers hold.

@@ -1,9 +1,10 @@
 //! One evaluation of a case, and the list of cases.
 
+use super::named::without_value;
 use super::run::constraint_reports;
 use super::{ConstraintReport, Named, identifiers};
 use crate::case::{Case, CaseEvaluation};
-use crate::design::{Bounds, DesignError, Problem, Variable};
+use crate::design::{Bounds, Problem, Variable};
 use serde::Serialize;
 
 /// One evaluation of a case at a design.
@@ -91,14 +92,6 @@ impl EvaluationReport {
             identifiers: identifiers(names.iter().chain(&description.variable_names).map(String::as_str)),
         }
     }
-}
-
-/// The reasons of the quantities that have no value, by name.
-pub(super) fn without_value(names: &[String], values: &[Result<f64, DesignError>]) -> Named<String> {
-    let reason = |(name, value): (&String, &Result<f64, DesignError>)| {
-        value.as_ref().err().map(|error| (name.clone(), error.to_string()))
-    };
-    Named(names.iter().zip(values).filter_map(reason).collect())
 }
 
 /// The built-in cases.

@@ -1,6 +1,6 @@
 //! `result.json`: the end of a run.
 
-use super::evaluation::without_value;
+use super::named::without_value;
 use super::{Named, identifiers};
 use crate::case::{Case, CaseOutcome};
 use crate::design::{Problem, ProblemDescription};
