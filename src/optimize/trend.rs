@@ -18,7 +18,7 @@ impl Trend {
         self.best.push((evaluation, objective, violation));
     }
 
-    /// What the second half of `evaluations` gained, in a sentence; violations up to `feasibility` count as none.
+    /// A sentence on what the second half of `evaluations` gained; violations up to `feasibility` count as none.
     pub fn words(&self, evaluations: usize, feasibility: f64) -> String {
         let Some(&(at, objective, violation)) = self.best.last() else { return String::new() };
         let half = evaluations / 2;

@@ -194,6 +194,8 @@ fn noticed(points: &[[f64; 2]]) -> bool {
                 | Repair::SpikeSuspected { .. }
                 | Repair::StepSuspected { .. }
                 | Repair::StrayDropped { .. }
+                // an end that is moved far across stands on an upright side, as a base does
+                | Repair::BasePointDropped { .. }
                 | Repair::Sorted { .. }
         )
     };
@@ -276,7 +278,7 @@ fn tables_of_both_sides_are_read_as_sections() {
         [x, side(&fine[..=nose]), side(&fine[nose..])]
     };
     let table: Vec<[f64; 3]> = (0..=40)
-        .map(|k| row(1e-4 + 0.9998 * 0.5 * (1.0 - (f64::from(k) * std::f64::consts::PI / 40.0).cos())))
+        .map(|k| row(1e-3 + 0.998 * 0.5 * (1.0 - (f64::from(k) * std::f64::consts::PI / 40.0).cos())))
         .collect();
     let text = |of: &dyn Fn(&[f64; 3]) -> String| table.iter().map(of).collect::<String>();
     for text in [

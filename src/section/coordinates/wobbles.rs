@@ -3,7 +3,7 @@
 
 use super::point::Point;
 use super::repair::{Repair, record};
-use crate::plane::{cross, distance, dot, minus};
+use crate::plane::{cross, distance, dot, middle, minus};
 
 /// Fewest points that make an outline of which this can be told.
 const FEWEST: usize = 10;
@@ -15,11 +15,12 @@ const ONE_SIDE: f64 = 0.005;
 /// many times those beside them.
 const STEP: f64 = 0.002;
 const STEP_RATIO: f64 = 1.5;
-/// An end is off the others if the last turn but one is at least this angle (radians) and this many times those before
-/// it, and the end by this share of the extent off the straight line through the two points before it.
-const END_TURN: f64 = 0.2;
-const END_RATIO: f64 = 3.0;
+/// An end is off the others if the turn before it is at least the first of these angles (radians) and that many times
+/// the turns before, and the end by this share of the extent off the straight line through the two points before it.
+const END_TURNS: [(f64, f64); 2] = [(0.2, 3.0), (0.15, 12.0)];
 const END_SHARE: f64 = 0.004;
+/// The upper end below the lower one by this share of the extent: one of them is off.
+const INVERTED: f64 = 0.001;
 /// Numbers rounded to `step` may wobble by this many of them.
 const ROUNDED: f64 = 6.0;
 
@@ -94,19 +95,31 @@ fn steps(points: &[Point], extent: f64, step: f64) -> Vec<(usize, f64)> {
     (2..last.saturating_sub(2)).filter_map(sideways).collect()
 }
 
-/// First and last points off the line on which the others run out.
+/// First and last points off the line on which the others run out, by their lines.
 fn ends(points: &[Point], extent: f64, step: f64) -> Vec<(usize, f64)> {
     let n = points.len();
-    let least = (END_SHARE * extent).max(ROUNDED * step);
-    let off = |from: usize, others: [usize; 3], line: [usize; 2]| {
-        let [near, far] = line.map(|i| points[i].xy);
-        let along = minus(near, far);
-        let distance = (cross(along, minus(points[from].xy, far)) / dot(along, along).sqrt()).abs();
-        let [own, next, after] = others.map(|i| turn(points, i).abs());
-        let is_off = own > END_TURN && own > END_RATIO * next.max(after) && distance > least;
-        is_off.then_some((points[from].line, distance))
+    let (least, first, last) = ((END_SHARE * extent).max(ROUNDED * step), [0, 1, 2, 3], [n - 1, n - 2, n - 3, n - 4]);
+    let off = |[from, near, far, _]: [usize; 4]| {
+        let along = minus(points[near].xy, points[far].xy);
+        (cross(along, minus(points[from].xy, points[far].xy)) / dot(along, along).sqrt()).abs()
     };
-    let first = off(0, [1, 2, 3], [1, 2]);
-    let last = off(n - 1, [n - 2, n - 3, n - 4], [n - 2, n - 3]);
-    first.into_iter().chain(last).collect()
+    let is_off = |end: &[usize; 4]| {
+        let [own, next, after] = [end[1], end[2], end[3]].map(|i| turn(points, i).abs());
+        let turns = END_TURNS.iter().any(|&(angle, ratio)| own > angle && own > ratio * next.max(after));
+        turns && off(*end) > least
+    };
+    let mut found: Vec<[usize; 4]> = [first, last].into_iter().filter(is_off).collect();
+    if found.is_empty() && ends_are_inverted(points, (INVERTED * extent).max(ROUNDED * step)) {
+        found.push(if off(first) >= off(last) { first } else { last });
+    }
+    found.into_iter().map(|end| (points[end[0]].line, off(end))).collect()
+}
+
+/// Whether the end of the upper surface lies below that of the lower one by more than `least`, seen along the chord.
+fn ends_are_inverted(points: &[Point], least: f64) -> bool {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return false };
+    let tail = middle(first.xy, last.xy);
+    let nose = points.iter().map(|p| p.xy).max_by(|&a, &b| distance(a, tail).total_cmp(&distance(b, tail)));
+    let chord = nose.map_or([0.0; 2], |nose| minus(tail, nose));
+    cross(chord, minus(first.xy, last.xy)) < -least * dot(chord, chord).sqrt()
 }
