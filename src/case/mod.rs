@@ -19,7 +19,7 @@ pub use builtin::{BuiltinCase, builtin_cases};
 pub use error::CaseError;
 pub use outcome::{CaseEvaluation, CaseOutcome, RunError};
 
-use crate::design::{DesignError, DesignProblem, Problem, Variable, weighted_sum};
+use crate::design::{DesignError, DesignProblem, Problem, ValueAndGradient, Variable, weighted_sum};
 use crate::optimize::limited::read_limited;
 use crate::optimize::{Identity, Method, OptimizeError, Optimizer, Progress};
 use document::Document;
@@ -214,7 +214,7 @@ impl Case {
         let slopes = self.problem.gradients(variables)?;
         // a value may exist where its gradient does not
         let alone = if slopes.iter().any(Option::is_none) { self.problem.values_at(variables) } else { Vec::new() };
-        let value = |(q, slope): (usize, &Option<(f64, Vec<f64>)>)| match slope {
+        let value = |(q, slope): (usize, &Option<ValueAndGradient>)| match slope {
             Some((value, _)) => Ok(*value),
             None => alone[q].clone(),
         };

@@ -6,7 +6,7 @@ use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
 use super::geometry::Geometry;
 use super::linearised::LinearisedShape;
 use super::parallel::{in_parallel_with, processors};
-use super::quantity::{Instruments, Quantity, finite};
+use super::quantity::{Instruments, Quantity, ValueAndGradient, finite};
 use super::shape::Shape;
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
@@ -237,7 +237,7 @@ impl DesignProblem {
     ///
     /// # Errors
     /// A shape that cannot be built, or a quantity of objective or constraints that has no value.
-    pub fn gradients(&mut self, values: &[f64]) -> Result<Vec<Option<(f64, Vec<f64>)>>, DesignError> {
+    pub fn gradients(&mut self, values: &[f64]) -> Result<Vec<Option<ValueAndGradient>>, DesignError> {
         self.work.values.clear();
         self.work.values.extend_from_slice(values);
         let tangents = self.prepare()?;

@@ -1,6 +1,6 @@
 //! Comparison of the exact derivatives of a problem with a second automatic route and with finite differences.
 
-use super::{DesignError, DesignProblem, Quantity};
+use super::{DesignError, DesignProblem, Quantity, ValueAndGradient};
 use crate::differentiate::{StepRange, finite_difference_jacobian};
 use num_dual::Dual64;
 
@@ -72,7 +72,7 @@ fn forward_derivatives(problem: &DesignProblem, values: &[f64], k: usize) -> Res
 fn compare(
     problem: &DesignProblem,
     values: &[f64],
-    exact: &[Option<(f64, Vec<f64>)>],
+    exact: &[Option<ValueAndGradient>],
     forward: &[Vec<f64>],
 ) -> Result<Vec<DerivativeCheck>, DesignError> {
     let steps: Vec<StepRange> = problem.steps().into_iter().map(StepRange::for_scale).collect();

@@ -33,6 +33,6 @@ pub use linearised::LinearisedShape;
 pub(crate) use motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
 pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 pub(crate) use quantity::Instruments;
-pub use quantity::Quantity;
+pub use quantity::{Quantity, ValueAndGradient};
 pub use shape::Shape;
 pub use shape_error::{ShapeError, ShapeNorm};

@@ -4,7 +4,7 @@
 use super::kkt::{Iterate, Optimality, optimality};
 use super::optimizer::Limits;
 use super::outcome::{OptimizeError, Outcome, Progress, Termination};
-use super::trend::Trend;
+use super::trend::{Trend, standing};
 use super::vector::distance;
 use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
@@ -162,7 +162,10 @@ impl<'a> Ledger<'a> {
         };
         let cut = [Termination::EvaluationLimit, Termination::IterationLimit, Termination::Interrupted];
         if cut.contains(&status) && evaluation.is_some() {
-            message += &format!(" KKT residual {:.1e}, largest violation {violation:.1e}.", optimality.residual);
+            // at the limit of iterations the methods for constraints have said it
+            if self.halt.is_some() || self.problem.description().constraint_names.is_empty() {
+                message += &standing(optimality.residual, violation);
+            }
             message += &self.trend.words(self.evaluations, self.feasibility);
         }
         if self.failures > 0 && status != Termination::Failed {

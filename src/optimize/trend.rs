@@ -5,6 +5,11 @@ use super::engineering::engineering;
 /// Digits of objectives in sentences.
 const DIGITS: usize = 5;
 
+/// How far a point is from the first-order conditions, in a sentence.
+pub(super) fn standing(residual: f64, violation: f64) -> String {
+    format!(" KKT residual {residual:.1e}, largest violation {violation:.1e}.")
+}
+
 /// The designs of a run that were the best when they were found.
 #[derive(Debug, Default)]
 pub(super) struct Trend {

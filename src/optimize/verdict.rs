@@ -4,6 +4,7 @@ use super::engineering::engineering;
 use super::kkt::{ActiveBound, Iterate, opposition, reached};
 use super::ledger::Ledger;
 use super::outcome::Termination;
+use super::trend::standing;
 use super::vector::norm;
 use crate::design::{Bounds, Problem};
 
@@ -111,9 +112,13 @@ fn held_variables(ledger: &Ledger<'_>, point: &Iterate) -> Option<String> {
     }
 }
 
-/// The iterations are used up; the ledger adds where the run stands.
-pub(super) fn out_of_iterations(ledger: &Ledger<'_>, _point: &Iterate) -> String {
-    format!("Stopped at the limit of {} iterations before a tolerance was met.", ledger.iteration)
+/// The iterations are used up; `point` is handed out.
+pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String {
+    format!(
+        "Stopped at the limit of {} iterations before a tolerance was met.{}",
+        ledger.iteration,
+        standing(point.optimality.residual, point.violation)
+    )
 }
 
 /// All steps from `point` lead to failed analyses.
