@@ -39,11 +39,10 @@ pub(crate) fn directory(path: &Path) -> &Path {
     }
 }
 
-/// The error of the operating system alone: the name of a temporary file tells a user nothing.
+/// The error of the operating system alone: `tempfile` adds the name of the temporary file, which tells a user nothing.
 fn without_name(error: io::Error) -> io::Error {
-    let inner = error.get_ref().and_then(std::error::Error::source).and_then(|e| e.downcast_ref::<io::Error>());
-    match inner.and_then(io::Error::raw_os_error) {
-        Some(code) => io::Error::from_raw_os_error(code),
+    match error.to_string().split_once(" at path \"") {
+        Some((reason, _)) => io::Error::new(error.kind(), reason),
         None => error,
     }
 }
