@@ -44,7 +44,8 @@ pub fn polar(section: &PanelledSection, degrees: impl Iterator<Item = f64>, reyn
     points
 }
 
-/// Derivatives of all nodes (x and y in turn) with respect to some number of design variables: any dense matrix will do.
+/// Derivatives of all nodes (x and y in turn) with respect to some number of design variables: any dense matrix will
+/// do.
 pub struct Chain {
     /// A row a variable, a column a coordinate of a node.
     rows: DMatrix<f64>,

@@ -230,3 +230,113 @@ fn coordinate_files_have_seven_decimals_and_the_points_asked_for() {
     assert!(decimals(&full).iter().any(|d| *d > 14));
     assert_eq!(full, written(&["--digits", "17"]));
 }
+
+#[test]
+fn usage_errors_are_json_where_it_is_asked_for() {
+    let folder = folder();
+    for arguments in [
+        &["analyze", "naca0012", "--alpah", "4", "--json"][..],
+        &["analyze", "naca0012", "--json"],
+        &["run", "l2-match", "--max-evaluations", "many", "--json"],
+        &["fly", "--json"],
+    ] {
+        let output = aeroform(arguments, folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        let failed = json(&output)["failed"].as_str().unwrap().to_string();
+        assert!(!failed.is_empty() && !failed.contains('\n') && !failed.starts_with("error"), "{failed}");
+        assert!(text(&output.stderr).contains("error:"));
+    }
+    let quiet = aeroform(&["analyze", "naca0012"], folder.path());
+    assert!(quiet.status.code() == Some(2) && quiet.stdout.is_empty());
+}
+
+#[test]
+fn numbers_are_those_asked_for_and_zero_is_zero() {
+    let folder = folder();
+    for alpha in ["4", "-3.7", "0.1", "7.3"] {
+        let angle: f64 = alpha.parse().unwrap();
+        for more in [&[][..], &["--inviscid"]] {
+            let arguments: Vec<&str> =
+                ["analyze", "naca2412", "--alpha", alpha, "--json"].iter().chain(more).copied().collect();
+            assert_eq!(json(&aeroform(&arguments, folder.path()))["alpha"].as_f64(), Some(angle));
+        }
+        let polar = json(&aeroform(&["polar", "naca2412", "--alpha", alpha, "--json"], folder.path()));
+        assert_eq!(polar["points"][0]["alpha"].as_f64(), Some(angle));
+    }
+    let table = text(&aeroform(&["polar", "naca0012", "--alpha", "0"], folder.path()).stdout);
+    let cells: Vec<&str> = table.lines().nth(1).unwrap().split_whitespace().collect();
+    // alpha, lift, moment, glide ratio
+    assert_eq!([cells[0], cells[1], cells[4], cells[5]], ["0.000", "0.00000", "0.00000", "0"], "{table}");
+    for (option, words) in
+        [("--reynolds", "Reynolds number is -1"), ("--ncrit", "amplification factor is -1"), ("--mach", "-1")]
+    {
+        refused(&aeroform(&["analyze", "naca0012", "--alpha", "1", option, "-1"], folder.path()), &[words]);
+    }
+}
+
+#[test]
+fn messages_name_what_a_user_knows() {
+    let folder = folder();
+    let case = "name = \"ring wing\"\n[section]\nnaca = \"0012\"\n[objective]\nminimize = { area = 1.0 }\n";
+    fs::write(folder.path().join("case.toml"), case).unwrap();
+    refused(&aeroform(&["run", "case.toml"], folder.path()), &["case.toml:1: name:", "\"ring wing\""]);
+    // no name of a temporary file
+    if std::path::Path::new("/proc").is_dir() {
+        let output = aeroform(&["run", "l2-match", "--out", "/proc"], folder.path());
+        refused(&output, &["cannot write to the output directory /proc"]);
+        assert!(!text(&output.stderr).contains(".aeroform-"), "{}", text(&output.stderr));
+    }
+    // one advice, not two
+    fs::create_dir(folder.path().join("cut")).unwrap();
+    fs::write(folder.path().join("cut/checkpoint.json"), "{\"aeroform_checkpoint\":2,").unwrap();
+    let output = aeroform(&["run", "l2-match", "--out", "cut", "--resume"], folder.path());
+    refused(&output, &["is cut off"]);
+    assert_eq!(text(&output.stderr).matches("start anew").count(), 1);
+    // options of every subcommand stand apart
+    let help = text(&aeroform(&["analyze", "--help"], folder.path()).stdout);
+    let place = |words: &str| help.find(words).unwrap_or_else(|| panic!("{words}: {help}"));
+    assert!(place("Options:") < place("--json") && place("--json") < place("Messages:"));
+    assert!(place("Messages:") < place("--quiet") && place("--quiet") < place("--verbose"));
+}
+
+#[test]
+fn a_run_that_fails_at_its_start_shows_what_is_known() {
+    let folder = folder();
+    let case = "name = \"steep\"\n[section]\nnaca = \"0012\"\n[box]\nx = [-0.1, 1.1]\ny = [-0.15, 0.15]\n\
+                control_points = [4, 4]\ndegree = [3, 3]\n[variables]\nfree = \"all\"\n[flow]\ncl = 2.5\nreynolds = 1e6\n\
+                [objective]\nminimize = { cd = 1.0, area = 0.1 }\n[constraints]\nthickness = { min = 0.1 }\n";
+    fs::write(folder.path().join("case.toml"), case).unwrap();
+    let output = aeroform(&["run", "case.toml", "--json", "--out", "out", "--events", "events"], folder.path());
+    assert_eq!(output.status.code(), Some(1));
+    let result = json(&output);
+    let reason = result["without_value"]["cd"].as_str().unwrap();
+    assert!(reason.contains("beyond the largest lift") && result["message"].as_str().unwrap().contains(reason));
+    assert!(result["values"]["cd"].is_null() && result["objective"].is_null());
+    assert!((result["values"]["thickness"].as_f64().unwrap() - 0.12).abs() < 1e-3);
+    assert!((result["constraints"]["thickness"]["value"].as_f64().unwrap() - 0.12).abs() < 1e-3);
+    let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("<p class=\"bad\">") && page.contains("Polars of the start"), "{page}");
+    assert!(!page.contains("<h2>Convergence</h2>") && !page.contains("<h2>End</h2>") && !page.contains("none → none"));
+    assert!(!folder.path().join("out/convergence.svg").exists());
+    let events = fs::read_to_string(folder.path().join("events")).unwrap();
+    assert!(events.lines().next().unwrap().contains("\"kind\":\"failed\""), "{events}");
+}
+
+#[test]
+fn polars_of_a_run_show_moment_glide_ratio_and_transition() {
+    let folder = folder();
+    let run = ["run", "naca0024-linear", "--max-evaluations", "3", "--out", "out"];
+    aeroform(&run, folder.path());
+    let figure = fs::read_to_string(folder.path().join("out/polars.svg")).unwrap();
+    for label in ["CD, counts", "Cm (c/4)", "CL/CD", "transition x/c, upper side", "transition x/c, lower side"] {
+        assert!(figure.contains(&format!(">{label}<")), "{label}");
+    }
+    for label in ["start", "end"] {
+        assert!(figure.contains(&format!(">{label}<")), "{label}");
+    }
+    let events = ["run", "l2-match", "--max-evaluations", "2", "--events", "events"];
+    aeroform(&events, folder.path());
+    let lines = fs::read_to_string(folder.path().join("events")).unwrap();
+    let kinds: Vec<serde_json::Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((kinds[0]["kind"].as_str(), kinds[1]["kind"].as_str()), (Some("start"), Some("trial")));
+}

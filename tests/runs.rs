@@ -66,7 +66,7 @@ fn a_checkpoint_of_other_files_or_another_method_is_refused() {
         &["the method was lbfgs, is newton"],
     );
     fs::write(folder.path().join("case.toml"), CASE.replace("0.15]", "0.16]")).unwrap();
-    refused(&aeroform(&resume, folder.path()), &["the case file has changed"]);
+    refused(&aeroform(&resume, folder.path()), &["the table [box] of the case has another content"]);
     fs::write(folder.path().join("case.toml"), CASE).unwrap();
     // one of another version
     let path = folder.path().join("out/match/checkpoint.json");
@@ -301,4 +301,104 @@ fn the_camber_of_a_symmetric_section_is_no_objective() {
     // its value may be reported, and the camber at a station be asked for
     let reported = json(&with("{ \"camber at 0.4\" = -1.0 }", "\n[report]\nvalues = [\"camber\"]\n"));
     assert!(reported["values"]["camber"].as_f64().unwrap().abs() < 1e-12);
+}
+
+#[test]
+fn limits_and_comments_may_change_where_a_run_is_resumed() {
+    let folder = prepared();
+    let run = |more: &[&str]| {
+        let arguments: Vec<&str> = ["run", "case.toml", "--json"].iter().chain(more).copied().collect();
+        json(&aeroform(&arguments, folder.path()))
+    };
+    let whole = run(&["--out", "whole"]);
+    assert_eq!(whole["status"], "evaluation limit");
+    let cut = run(&["--max-evaluations", "7"]);
+    assert_eq!((cut["evaluations"].as_u64(), cut["status"].as_str()), (Some(7), Some("evaluation limit")));
+    let message = cut["message"].as_str().unwrap();
+    for words in ["limit of 7 evaluations", "KKT residual", "largest violation", "second half of the evaluations"] {
+        assert!(message.contains(words), "{message}");
+    }
+    // comments, layout, description and limits are no values
+    let other = CASE.replace("[target]", "# the wing of tomorrow\n[target]").replace("0.15, 0.15", "0.15,  0.150");
+    let other = other.replace("name = \"match\"", "name = \"match\"\ndescription = \"again\"");
+    fs::write(folder.path().join("case.toml"), other).unwrap();
+    let resumed = run(&["--resume"]);
+    assert_eq!(resumed["evaluations"], whole["evaluations"]);
+    for key in ["objective", "kkt_residual", "variables", "values", "iterations"] {
+        assert_eq!(resumed[key], whole[key], "{key}");
+    }
+    // a tolerance that is met on the way ends the run there
+    let loose = run(&["--resume", "--tolerance", "1e3"]);
+    assert_eq!(loose["status"], "converged");
+    assert!(loose["evaluations"].as_u64() < whole["evaluations"].as_u64());
+    assert_eq!(run(&["--max-iterations", "2"])["status"], "iteration limit");
+    // values are not limits
+    fs::write(folder.path().join("case.toml"), CASE.replace("fold_penalty = 1.0", "fold_penalty = 2.0")).unwrap();
+    let output = aeroform(&["run", "case.toml", "--resume"], folder.path());
+    refused(&output, &["the table [objective] of the case has another content"]);
+    assert_eq!(text(&output.stderr).matches("start anew").count(), 1, "{}", text(&output.stderr));
+    for (option, words) in [("--max-evaluations=0", "max_evaluations"), ("--tolerance=-1", "tolerance")] {
+        refused(&aeroform(&["run", "case.toml", option, "--out", "new"], folder.path()), &[words]);
+        assert!(!folder.path().join("new").exists());
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn signals_end_a_run_with_everything_written() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    for (signal, status) in [("-INT", 130), ("-TERM", 143)] {
+        let events = path("events.jsonl");
+        let _ = fs::remove_file(&events);
+        // this case takes minutes
+        let child = Command::new(env!("CARGO_BIN_EXE_aeroform"))
+            .args(["run", "kulfan-7x5", "--json", "--out", "cut", "--events", "events.jsonl"])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = || fs::read_to_string(&events).unwrap_or_default().lines().count();
+        while lines() < 2 {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{message}");
+        assert!(message.contains("Interrupted after") && message.contains("--resume goes on"), "{message}");
+        let result = json(&output);
+        assert_eq!(result["status"], "interrupted");
+        for file in ["result.json", "history.csv", "final.dat", "final.step", "checkpoint.json", "report.html"] {
+            assert!(path("cut").join(file).is_file(), "{file}");
+        }
+        // and goes on from there
+        let more = (result["evaluations"].as_u64().unwrap() + 1).to_string();
+        let on = ["run", "kulfan-7x5", "--json", "--out", "cut", "--resume", "--max-evaluations", &more];
+        let resumed = json(&aeroform(&on, folder.path()));
+        assert_eq!(resumed["evaluations"].to_string(), more);
+    }
+}
+
+#[test]
+fn any_design_vector_is_exported() {
+    let folder = folder();
+    fs::write(folder.path().join("at.json"), "\u{feff}{\"dy[1,1]\": -0.07}").unwrap();
+    let evaluate = ["evaluate", "naca0024-linear", "--json", "--export", "design"];
+    let output = aeroform(&evaluate, folder.path());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let file = |name: &str| fs::read_to_string(folder.path().join("design").join(name)).unwrap();
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&file("result.json")).unwrap(), json(&output));
+    assert!(file("section.step").starts_with("ISO-10303-21") && file("section.dxf").contains("SPLINE"));
+    assert!(file("pressure.svg").contains("</svg>") && file("boundary_layer.svg").contains("</svg>"));
+    assert!(file("section.svg").contains("</svg>") && file("section.igs").contains("126"));
+    // the section that is written is the one that was evaluated
+    let output = aeroform(&["evaluate", "l2-match", "--at", "at.json", "--json", "--export", "design"], folder.path());
+    let error = json(&output)["values"]["shape_error"].as_f64().unwrap();
+    let start = json(&aeroform(&["evaluate", "l2-match", "--json"], folder.path()));
+    assert_ne!(error, start["values"]["shape_error"].as_f64().unwrap());
+    let moved = json(&aeroform(&["section", "design/section.dat", "--json"], folder.path()));
+    let plain = json(&aeroform(&["section", "naca0012:sharp", "--json"], folder.path()));
+    assert!((moved["area"].as_f64().unwrap() - plain["area"].as_f64().unwrap()).abs() > 1e-4);
 }

@@ -9,7 +9,8 @@
 //! * knots, degrees, counts and parameters of construction (`KnotVector` but for its basis functions, `averaged_knots`,
 //!   `GaussRule::new`, `Section::parameters`): plain numbers by design, so that splines are linear in control points;
 //! * text and files (`SectionDefinition::parse`, `Coordinates::parse` and `read`, `Section::selig`, `Measure::parse`);
-//! * answers of yes or no and counts (`Section::self_intersection`, `Section::curvature_reversals`, `BoxPenalty::report`);
+//! * answers of yes or no and counts (`Section::self_intersection`, `Section::curvature_reversals`,
+//!   `BoxPenalty::report`);
 //! * routines that return derivatives themselves (`value_and_gradient`, `indicator_and_gradient`, `add_hessian`,
 //!   `add_distortion`, `ShapeError::hessian`), which their own tests compare with dual numbers.
 

@@ -3,7 +3,8 @@
 use super::drawing::{CadError, Drawing, Options, check_name, is_plain, real};
 use crate::spline::BSplineCurve;
 
-/// An IGES file of the curve, in metres unless told otherwise; a gap between its ends is closed by a straight segment (entity 110).
+/// An IGES file of the curve, in metres unless told otherwise; a gap between its ends is closed by a straight segment
+/// (entity 110).
 ///
 /// # Errors
 /// A curve not in two or three dimensions, a name that is not printable ASCII.

@@ -1,9 +1,9 @@
 //! Exchange files for CAD: planar section curves as STEP, IGES and DXF.
 //!
 //! The exact B-spline is written, not points on it: degree, knots with their multiplicities and control points, every
-//! number with as many digits as identify its `f64`. No coordinate is scaled: [`Options`] say which unit they are in, the
-//! metre unless told otherwise, so that a section of unit chord is one metre long; scale the control points first for
-//! another size.
+//! number with as many digits as identify its `f64`. No coordinate is scaled: [`Options`] say which unit they are in,
+//! the metre unless told otherwise, so that a section of unit chord is one metre long; scale the control points first
+//! for another size.
 //!
 //! A curve whose ends are apart (a blunt trailing edge) gets a straight closing segment, from the last point to the
 //! first, as a second entity; one whose ends coincide within [`RESOLUTION`] is marked closed. [`Options`] can leave

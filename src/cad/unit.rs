@@ -1,7 +1,7 @@
 //! Units of length, as the three formats name them.
 
-/// The unit that the coordinates of an exported curve are in. Coordinates are written as they are; the unit says how long
-/// they are.
+/// The unit that the coordinates of an exported curve are in. Coordinates are written as they are; the unit says how
+/// long they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LengthUnit {
     /// Metre.

@@ -45,9 +45,28 @@ pub(super) fn design_problem(
     let constraints = quantities.constraints(&table.constraints.0)?;
     let problem = DesignProblem::new(geometry, target, instruments, &objective, &constraints, &report)
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
-    // a case whose start has no value cannot run; whether it has a flow the run tells
-    problem.measures_at_start().map_err(|e| document.error(&["objective"], e.to_string()))?;
+    check_start(document, table, &problem)?;
     Ok((problem, repairs))
+}
+
+/// Refuses a case whose start has no value, at the key that asks for it; whether it has a flow the run tells.
+fn check_start(document: &Document, table: &CaseTable, problem: &DesignProblem) -> Result<(), CaseError> {
+    let shapeless = |error: DesignError| {
+        let key = if matches!(error, DesignError::Ffd(_)) { "box" } else { "section" };
+        document.error(&[key], format!("at the start: {error}"))
+    };
+    let Some((q, error)) = problem.lacking_at_start().map_err(shapeless)? else { return Ok(()) };
+    let quantity = &problem.quantities()[q];
+    // a name may be written in more than one way
+    let asks = |name: &str| name == quantity.name() || Quantity::parse(name).is_ok_and(|other| other == *quantity);
+    let objective = table.objective.minimize.0.iter().map(|(name, _)| name).find(|name| asks(name));
+    let constraint = table.constraints.0.iter().map(|(name, _)| name).find(|name| asks(name));
+    let path = match (objective, constraint) {
+        (Some(name), _) => vec!["objective", "minimize", name],
+        (None, Some(name)) => vec!["constraints", name],
+        (None, None) => vec!["objective"],
+    };
+    Err(document.error(&path, format!("{} at the start: {error}", quantity.name())))
 }
 
 /// A sentence for everything a user must know of the reading of a coordinate file, beginning with its name.

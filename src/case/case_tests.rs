@@ -228,3 +228,53 @@ fn clones_solve_their_flows_side_by_side() {
     assert_eq!(third.evaluate(&start).unwrap(), expected);
     assert_eq!(third.flow_timing().solutions, 1);
 }
+
+/// The case of the paper for a symmetric section, whose camber has no place and no derivative.
+fn symmetric(objective: &str, more: &str) -> String {
+    format!(
+        "name = \"still\"\n[section]\nnaca = \"0012\"\n[box]\nx = [-0.1, 1.1]\ny = [-0.15, 0.15]\n\
+         control_points = [4, 4]\ndegree = [3, 3]\n[variables]\nfree = \"all\"\n[objective]\nminimize = {objective}\n{more}"
+    )
+}
+
+#[test]
+fn a_value_that_is_only_reported_may_be_missing() {
+    let reported = "[report]\nvalues = [\"camber\", \"camber_x\", \"thickness\"]\n";
+    let mut case = case(&symmetric("{ area = 1.0 }", reported)).unwrap();
+    let start = case.problem.start_values();
+    let plain = case.evaluate(&start).unwrap();
+    // area of NACA 0012, and its thickness
+    assert!((plain.objective - 0.0822).abs() < 1e-4, "{}", plain.objective);
+    assert!(matches!(&plain.values[2], Err(error) if error.to_string().contains("no camber")), "{:?}", plain.values);
+    assert!((plain.values[3].clone().unwrap() - 0.12).abs() < 1e-4);
+    let sloped = case.evaluate_with_gradients(&start).unwrap();
+    assert_eq!((sloped.objective, &sloped.values[2]), (plain.objective, &plain.values[2]));
+    let gradients = sloped.gradients.unwrap();
+    assert!(gradients[0].is_some() && gradients[2].is_none() && gradients[3].is_some());
+    // an optimiser gets the derivatives that it gets without the report
+    let x = case.problem.description().start.clone();
+    let with = case.problem.evaluate(&x).unwrap();
+    let without = self::case(&symmetric("{ area = 1.0 }", "")).unwrap().problem.evaluate(&x).unwrap();
+    assert_eq!((with.objective, &with.gradient), (without.objective, &without.gradient));
+    assert!(with.values[2].is_nan() && with.values[0] == with.objective);
+    assert_eq!(case.problem.objective(&x).unwrap(), with.objective);
+}
+
+#[test]
+fn a_start_without_a_value_is_refused_at_its_key() {
+    let line = |text: &str, start: &str| text.lines().position(|line| line.starts_with(start)).map(|k| k + 1);
+    for (text, key, start) in [
+        (symmetric("{ area = 1.0, camber_x = 0.5 }", ""), "objective.minimize.camber_x", "minimize"),
+        (
+            symmetric("{ area = 1.0 }", "[constraints]\nthickness = { min = 0.1 }\ncamber_x = { max = 0.4 }\n"),
+            "constraints.camber_x",
+            "camber_x",
+        ),
+    ] {
+        let error = case(&text).unwrap_err();
+        assert_eq!((error.key.as_str(), error.line), (key, line(&text, start)), "{error}");
+        assert!(error.to_string().contains("camber_x at the start"), "{error}");
+    }
+    let error = case(&symmetric("{ area = 1.0 }", "").replace("[-0.15, 0.15]", "[-0.05, 0.15]")).unwrap_err();
+    assert!(error.key == "box" && error.line.is_some(), "{error}");
+}

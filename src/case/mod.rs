@@ -19,7 +19,7 @@ pub use builtin::{BuiltinCase, builtin_cases};
 pub use error::CaseError;
 pub use outcome::{CaseEvaluation, CaseOutcome, RunError};
 
-use crate::design::{DesignError, DesignProblem, Problem, Variable};
+use crate::design::{DesignError, DesignProblem, Problem, ValueAndGradient, Variable, weighted_sum};
 use crate::optimize::limited::read_limited;
 use crate::optimize::{Identity, Method, OptimizeError, Optimizer, Progress};
 use document::Document;
@@ -47,7 +47,7 @@ pub struct Case {
     pub name: String,
     /// One sentence on the case, or empty.
     pub description: String,
-    /// The text of the case file, which identifies the case.
+    /// The text of the case file.
     pub text: String,
     /// The problem.
     pub problem: DesignProblem,
@@ -59,6 +59,17 @@ pub struct Case {
     settings: OptimizerTable,
     /// The case and the files it names, as they were read.
     sources: Identity,
+}
+
+/// Limits and a tolerance of a run; `None` leaves that of the case file.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Steering {
+    /// Most evaluations; at least 1.
+    pub max_evaluations: Option<usize>,
+    /// Most iterations; at least 1.
+    pub max_iterations: Option<usize>,
+    /// Tolerance at which the run has converged, as `tolerance` of the `[optimizer]` table: positive.
+    pub tolerance: Option<f64>,
 }
 
 impl Case {
@@ -95,7 +106,7 @@ impl Case {
         let document = Document::new(origin, text);
         let table = document.parse()?;
         check_name(&table.name).map_err(|message| document.error(&["name"], message))?;
-        let sources = sources(&document, text, &table, folder)?;
+        let sources = sources(&document, &table, folder)?;
         let (problem, repairs) = build::design_problem(&document, &table, folder)?;
         let settings = table.optimizer;
         let method = settings
@@ -115,17 +126,48 @@ impl Case {
         Ok(())
     }
 
+    /// Takes limits and a tolerance in place of those of the case file.
+    ///
+    /// # Errors
+    /// [`OptimizeError::Setting`] for a limit of none or a tolerance that is not positive.
+    pub fn steer(&mut self, steering: &Steering) -> Result<(), OptimizeError> {
+        let method = self.method.name();
+        let refuse = |setting, value, range| Err(OptimizeError::Setting { method, setting, value, range });
+        for (setting, limit) in
+            [("max_evaluations", steering.max_evaluations), ("max_iterations", steering.max_iterations)]
+        {
+            if limit == Some(0) {
+                return refuse(setting, 0.0, "at least 1");
+            }
+        }
+        if let Some(tolerance) = steering.tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {
+            return refuse("tolerance", tolerance, "positive");
+        }
+        let settings = &mut self.settings;
+        settings.max_evaluations = steering.max_evaluations.or(settings.max_evaluations);
+        settings.max_iterations = steering.max_iterations.or(settings.max_iterations);
+        settings.tolerance = steering.tolerance.or(settings.tolerance);
+        self.method = settings.method(method)?;
+        Ok(())
+    }
+
     /// A sentence for everything that a user must know of the reading of the coordinate files of the case, the target
     /// among them, each beginning with the name of the file; empty where there is nothing to say.
     pub fn repairs(&self) -> Vec<String> {
         self.repairs.clone()
     }
 
-    /// All that a run depends on, for [`Checkpoint`](crate::optimize::Checkpoint): this version of the program, the
-    /// method, the case file and the content of every file it names.
+    /// All that the values of a run and the steps of its method depend on, for
+    /// [`Checkpoint`](crate::optimize::Checkpoint): this version of the program, the method, the content of the case
+    /// and of every file it names.
+    ///
+    /// A run may be resumed with other limits and tolerances, and after changes of comments, layout, name and
+    /// description of the case file.
     pub fn identity(&self) -> Identity {
         let program = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));
-        self.sources.clone().with("the program", program).with("the method", self.method.name())
+        let memory = self.settings.memory.map_or("the default".into(), |memory| memory.to_string());
+        let identity = self.sources.clone().with("the program", program).with("the method", self.method.name());
+        identity.with("the memory of the method", memory)
     }
 
     /// Minimises the objective from the start, as the case file says.
@@ -159,27 +201,40 @@ impl Case {
     /// Objective and values at a design, one value per variable in the unit of each.
     ///
     /// # Errors
-    /// A shape or quantity that has no value.
+    /// A shape that cannot be built, or a quantity of objective or constraints that has no value.
     pub fn evaluate(&self, variables: &[f64]) -> Result<CaseEvaluation, DesignError> {
-        self.evaluation(variables, self.problem.quantities_at(variables)?, None)
+        self.evaluation(variables, self.problem.values_at(variables), None)
     }
 
     /// Objective, values and exact gradients at a design, one value per variable in the unit of each.
     ///
     /// # Errors
-    /// A shape or quantity that has no value.
+    /// A shape that cannot be built, or a quantity of objective or constraints that has no value or no gradient.
     pub fn evaluate_with_gradients(&mut self, variables: &[f64]) -> Result<CaseEvaluation, DesignError> {
-        let (values, gradients) = self.problem.gradients(variables)?.into_iter().unzip();
+        let slopes = self.problem.gradients(variables)?;
+        // a value may exist where its gradient does not
+        let alone = if slopes.iter().any(Option::is_none) { self.problem.values_at(variables) } else { Vec::new() };
+        let value = |(q, slope): (usize, &Option<ValueAndGradient>)| match slope {
+            Some((value, _)) => Ok(*value),
+            None => alone[q].clone(),
+        };
+        let values = slopes.iter().enumerate().map(value).collect();
+        let gradients = slopes.into_iter().map(|slope| slope.map(|(_, gradient)| gradient)).collect();
         self.evaluation(variables, values, Some(gradients))
     }
 
     fn evaluation(
         &self,
         variables: &[f64],
-        values: Vec<f64>,
-        gradients: Option<Vec<Vec<f64>>>,
+        values: Vec<Result<f64, DesignError>>,
+        gradients: Option<Vec<Option<Vec<f64>>>>,
     ) -> Result<CaseEvaluation, DesignError> {
-        let objective = values.iter().zip(self.problem.objective_weights()).map(|(v, w)| v * w).sum();
+        let lacking = values.iter().enumerate().find(|(q, value)| value.is_err() && self.problem.is_used(*q));
+        if let Some((_, Err(error))) = lacking {
+            return Err(error.clone());
+        }
+        let numbers: Vec<f64> = values.iter().map(|value| value.clone().unwrap_or(f64::NAN)).collect();
+        let objective = weighted_sum(&numbers, self.problem.objective_weights());
         let shape = self.problem.shape(variables)?;
         let fold = self.problem.fold_report(&shape);
         let self_intersecting = shape.section.self_intersection().is_some();
@@ -223,9 +278,26 @@ impl Case {
 /// Largest case file that is read, in bytes.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// The case and the files it names.
-fn sources(document: &Document, text: &str, table: &CaseTable, folder: &Path) -> Result<Identity, CaseError> {
-    let mut identity = Identity::new().with("the case file", text);
+/// Everything in a case that values depend on: its tables as they were understood, and the content of the files they
+/// name. Comments, layout, name and description do not count, nor do limits and tolerances of the optimiser.
+fn sources(document: &Document, table: &CaseTable, folder: &Path) -> Result<Identity, CaseError> {
+    let tables = [
+        ("section", format!("{:?}", table.section)),
+        ("target", format!("{:?}", table.target)),
+        ("box", format!("{:?}", table.lattice)),
+        ("direct", format!("{:?}", table.direct)),
+        ("variables", format!("{:?}", table.variables)),
+        ("fold_penalty", format!("{:?}", table.fold_penalty)),
+        ("shape_error", format!("{:?}", table.shape_error)),
+        ("flow", format!("{:?}", table.flow)),
+        ("objective", format!("{:?}", table.objective)),
+        ("constraints", format!("{:?}", table.constraints)),
+        ("report", format!("{:?}", table.report)),
+    ];
+    let mut identity = Identity::new();
+    for (name, content) in tables {
+        identity = identity.with_content(format!("the table [{name}] of the case"), content.as_bytes());
+    }
     for (key, section) in [("section", Some(&table.section)), ("target", table.target.as_ref())] {
         if let Some(file) = section.and_then(|section| section.file.as_ref()) {
             let content = read_limited(&folder.join(file), MOST_BYTES).map_err(|e| {
@@ -242,13 +314,17 @@ fn check_name(name: &str) -> Result<(), String> {
     const MOST: usize = 100;
     let sound = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if name.is_empty() || !name.chars().all(sound) {
-        return Err("a name is made of letters, digits, '-', '_' and '.' (it names a folder)".into());
+        let shown: String = name.chars().take(MOST).collect();
+        return Err(format!(
+            "the name {shown:?} must be made of letters, digits, '-', '_' and '.' (it names a folder)"
+        ));
     }
     if name.starts_with(['.', '-']) || name.ends_with('.') {
         return Err(format!("the name {name:?} must not begin with '.' or '-' or end with '.' (it names a folder)"));
     }
     if name.len() > MOST {
-        return Err(format!("the name has {} characters; at most {MOST} (it names a folder)", name.len()));
+        let shown = &name[..40];
+        return Err(format!("the name {shown:?}… has {} characters; at most {MOST} (it names a folder)", name.len()));
     }
     // names of devices on Windows, with any ending
     let stem = name.split('.').next().unwrap_or(name).to_ascii_uppercase();

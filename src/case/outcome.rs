@@ -25,10 +25,12 @@ pub struct CaseEvaluation {
     pub variables: Vec<f64>,
     /// The objective: the weighted sum of the values.
     pub objective: f64,
-    /// One value per quantity, in the order of [`DesignProblem::quantities`](crate::design::DesignProblem::quantities).
-    pub values: Vec<f64>,
-    /// Exact derivatives, where they were asked for: one row per quantity, one entry per variable.
-    pub gradients: Option<Vec<Vec<f64>>>,
+    /// One value per quantity, in the order of [`DesignProblem::quantities`](crate::design::DesignProblem::quantities),
+    /// or the reason why one that is only reported has none.
+    pub values: Vec<Result<f64, DesignError>>,
+    /// Exact derivatives, where they were asked for: one row per quantity, one entry per variable; `None` for a
+    /// quantity that is only reported and has no gradient.
+    pub gradients: Option<Vec<Option<Vec<f64>>>>,
     /// Whether the box has folded; `None` where the case has no box.
     pub fold: Option<FoldReport>,
     /// Whether the section crosses itself.

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::figures;
 use super::flow_arguments::{FlowArguments, Panelled, panelled};
 use super::message::Voice;
-use super::output::{pretty, print, print_json};
+use super::output::{pretty, print, print_json, settled};
 use super::table_csv::csv;
 use crate::flow::{InviscidSolution, Settings, Solution, StationFlow};
 use crate::report::json::{AnalysisReport, InviscidReport};
@@ -54,6 +54,9 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     let solution = section.panels.analyze(&condition, &Settings::default(), None).map_err(input)?;
     let seconds = begin.elapsed().as_secs_f64();
     let mut result = AnalysisReport::new(&solution, seconds, &section.repairs);
+    if let Some(alpha) = arguments.alpha {
+        result = result.at_angle(alpha);
+    }
     if arguments.gradients {
         result = result.with_gradients(&solution, &section.nodes);
     }
@@ -98,10 +101,10 @@ fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
         "{}: {}; α {}°, CL {}, CD {} counts, Cm {}{doubt}",
         arguments.point.shape.name(),
         figures::surroundings_text(&solution.condition),
-        engineering(solution.alpha.to_degrees(), 4),
-        engineering(coefficients.cl, 4),
+        engineering(settled(solution.alpha.to_degrees()), 4),
+        engineering(settled(coefficients.cl), 4),
         engineering(1e4 * coefficients.cd, 4),
-        engineering(coefficients.cm, 3),
+        engineering(settled(coefficients.cm), 3),
     )
 }
 
@@ -134,13 +137,13 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
     }
     let coefficients = &solution.coefficients;
     let numbers = [
-        ("alpha", solution.alpha.to_degrees(), " degrees"),
-        ("CL", coefficients.cl, ""),
+        ("alpha", settled(solution.alpha.to_degrees()), " degrees"),
+        ("CL", settled(coefficients.cl), ""),
         ("CD", 1e4 * coefficients.cd, " counts"),
         ("CD pressure", 1e4 * solution.cd_pressure, " counts"),
         ("CD friction", 1e4 * solution.cd_friction, " counts"),
-        ("CL/CD", coefficients.cl / coefficients.cd, ""),
-        ("Cm (c/4)", coefficients.cm, ""),
+        ("CL/CD", settled(coefficients.cl) / coefficients.cd, ""),
+        ("Cm (c/4)", settled(coefficients.cm), ""),
         ("Cp minimum", coefficients.cp_min, ""),
         ("transition upper x/c", coefficients.transition[0], ""),
         ("transition lower x/c", coefficients.transition[1], ""),
@@ -188,10 +191,11 @@ fn inviscid(
     seconds: f64,
 ) -> Result<(), Failure> {
     let mach = arguments.point.mach;
-    let result = InviscidReport::new(solution, seconds, &section.repairs);
-    let alpha = engineering(solution.alpha.to_degrees(), 4);
+    let alpha = arguments.alpha.unwrap_or(0.0);
+    let result = InviscidReport { alpha, ..InviscidReport::new(solution, seconds, &section.repairs) };
+    let alpha = engineering(alpha, 4);
     if let Some(directory) = directory {
-        let cl = engineering(solution.cl, 4);
+        let cl = engineering(settled(solution.cl), 4);
         let title = format!("{}: inviscid, α {alpha}°, M {mach}, CL {cl}", arguments.point.shape.name());
         let figure = figures::inviscid_pressure(solution, &title);
         let files = [("result.json", pretty(&result)?), ("pressure.svg", figure)];
@@ -203,7 +207,7 @@ fn inviscid(
         print_json(&result)?;
         return end;
     }
-    let number = |value: f64| engineering(value, DIGITS);
+    let number = |value: f64| engineering(settled(value), DIGITS);
     print(&format!(
         "{}, {} panels, inviscid, alpha {alpha} degrees, M {mach}\n  CL {}\n  Cm (c/4) {}\n  Cp minimum {}\n",
         arguments.point.shape.shape,

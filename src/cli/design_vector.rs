@@ -25,6 +25,8 @@ fn parse(case: &Case, origin: &str, content: &[u8]) -> Result<Vec<f64>, Failure>
     let wrong = |e: serde_json::Error| {
         Failure::Input(format!("{origin}:{}: not a JSON object of numbers by variable: {e}", e.line()))
     };
+    // some editors begin a text with a mark of its encoding
+    let content = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content);
     let Entries(mut given) = serde_json::from_slice(content).map_err(wrong)?;
     // what `run` and `evaluate` write is a design vector too
     if let Some(inner) = given.iter_mut().find_map(|(name, node)| match node {
@@ -170,5 +172,7 @@ mod tests {
             assert_eq!(vector[index].to_bits(), value.to_bits());
         }
         assert_eq!(read("{}").unwrap(), case().problem.start_values());
+        let marked = read("\u{feff}{\"dy[1,1]\": 0.25}").unwrap();
+        assert_eq!(marked[index], 0.25);
     }
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct ExportArguments {
     /// Number of points of a .dat or .csv file [default: 2 for each knot span of the curve, 401 for .csv]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     points: Option<usize>,
     /// Decimals of a .dat file, or full for the shortest numbers that read back to the same bits [default: 7]
     #[arg(long, value_name = "D", value_parser = digits)]

@@ -14,6 +14,8 @@ pub(super) enum Failure {
     Computation(String),
     /// The computation did not succeed, and standard output holds what there is: status 1.
     Told(String),
+    /// A signal ended the run, and standard output holds what there is: this status.
+    Interrupted(String, u8),
 }
 
 impl Failure {
@@ -21,13 +23,15 @@ impl Failure {
     pub fn untold(&self) -> Option<&str> {
         match self {
             Self::Input(message) | Self::Computation(message) => Some(message),
-            Self::Told(_) | Self::Usage => None,
+            Self::Told(_) | Self::Interrupted(..) | Self::Usage => None,
         }
     }
 
     pub fn report(&self) {
         match self {
-            Self::Input(message) | Self::Computation(message) | Self::Told(message) => say(message),
+            Self::Input(message) | Self::Computation(message) | Self::Told(message) | Self::Interrupted(message, _) => {
+                say(message);
+            }
             Self::Usage => {}
         }
     }
@@ -37,6 +41,7 @@ impl Failure {
         match self {
             Self::Input(_) | Self::Usage => 2,
             Self::Computation(_) | Self::Told(_) => 1,
+            Self::Interrupted(_, status) => *status,
         }
     }
 
@@ -54,7 +59,9 @@ impl Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Input(message) | Self::Computation(message) | Self::Told(message) => f.write_str(message),
+            Self::Input(message) | Self::Computation(message) | Self::Told(message) | Self::Interrupted(message, _) => {
+                f.write_str(message)
+            }
             Self::Usage => f.write_str("the arguments were not understood"),
         }
     }

@@ -271,9 +271,24 @@ pub(super) fn polar(points: &[Solution], title: &str) -> String {
     grid_figure(title, 2, &plots)
 }
 
-/// Drag polar and lift curve of several sections.
+/// Drag polar, lift curve, moment, glide ratio and transition of several sections.
 pub(super) fn polars(sweeps: &[Sweep<'_>], title: &str) -> String {
-    grid_figure(title, 2, &[drag_polar(sweeps), lift_curve(sweeps)])
+    let alpha = |s: &Solution| s.alpha.to_degrees();
+    let transition = |k: usize, side: &str| {
+        let label = format!("transition x/c, {side} side");
+        // one axis for all: a trip does not move by what round-off makes of it
+        let plot = sweep_plot("α, degrees", &label, sweeps, alpha, |s| s.coefficients.transition[k]);
+        LineFigure { y_range: Some([0.0, 1.05]), ..plot }
+    };
+    let plots = [
+        drag_polar(sweeps),
+        lift_curve(sweeps),
+        sweep_plot("α, degrees", "Cm (c/4)", sweeps, alpha, |s| s.coefficients.cm),
+        sweep_plot("CL", "CL/CD", sweeps, |s| s.coefficients.cl, |s| s.coefficients.cl / s.coefficients.cd),
+        transition(0, "upper"),
+        transition(1, "lower"),
+    ];
+    grid_figure(title, 2, &plots)
 }
 
 fn drag_polar(sweeps: &[Sweep<'_>]) -> LineFigure {

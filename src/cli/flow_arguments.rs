@@ -11,19 +11,19 @@ pub(super) struct FlowArguments {
     #[command(flatten)]
     pub shape: ShapeArguments,
     /// Reynolds number of the chord
-    #[arg(long, default_value_t = 1e6)]
+    #[arg(long, default_value_t = 1e6, allow_negative_numbers = true)]
     pub reynolds: f64,
     /// Mach number
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub mach: f64,
     /// Critical amplification factor of free transition
-    #[arg(long, default_value_t = 9.0)]
+    #[arg(long, default_value_t = 9.0, allow_negative_numbers = true)]
     pub ncrit: f64,
     /// Trip strips, x/c on the upper and lower side (one number serves both)
-    #[arg(long, value_name = "XU[,XL]", value_delimiter = ',', num_args = 1)]
+    #[arg(long, value_name = "XU[,XL]", value_delimiter = ',', num_args = 1, allow_negative_numbers = true)]
     pub trip: Option<Vec<f64>>,
     /// Number of panels
-    #[arg(long, default_value_t = 160)]
+    #[arg(long, default_value_t = 160, allow_negative_numbers = true)]
     pub panels: usize,
 }
 

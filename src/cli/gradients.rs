@@ -19,7 +19,7 @@ pub(super) struct GradientsArguments {
     at: Option<String>,
     /// Move every variable off that point by up to this share of its natural step first, so that no derivative
     /// vanishes by symmetry; 0 checks at the point itself
-    #[arg(long, default_value_t = 0.05)]
+    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     shake: f64,
     /// Print every derivative, not only the worst of each quantity
     #[arg(long)]

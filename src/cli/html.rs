@@ -42,8 +42,8 @@ h1{font-size:1.35em;margin:0 0 .2em}h2{font-size:1.15em;margin:2em 0 .4em}\
 .columns{display:flex;gap:2.5em;flex-wrap:wrap}.columns>div{flex:1 1 380px;margin-bottom:.8em}\
 .verdict h2{font-size:1em;margin:.9em 0 .2em;color:#555}ul{margin:0;padding-left:1.2em}\
 ul.checks{list-style:none;padding:0}.checks li{padding-left:1.5em;text-indent:-1.5em}.checks li::before{display:inline-block;width:1.5em;text-indent:0;font-weight:bold}\
-.good::before{content:'\\2713';color:#0a5}.bad::before{content:'\\2717';color:#c00}\
-.warning::before{content:'!';color:#b70}.plain::before{content:'\\2013';color:#777}\
+li.good::before{content:'\\2713';color:#0a5}li.bad::before{content:'\\2717';color:#c00}\
+li.warning::before{content:'!';color:#b70}li.plain::before{content:'\\2013';color:#777}\
 .bad,tr.bad td{color:#c00;font-weight:bold}.warning{color:#850}\
 table{border-collapse:collapse;margin:.4em 0}td,th{padding:.15em .8em;border-bottom:1px solid #ddd;text-align:right;\
 font-variant-numeric:tabular-nums}td:first-child,th:first-child,.left{text-align:left}tr.first td{font-weight:bold}\
@@ -92,7 +92,7 @@ impl Page<'_> {
                         h2 { (heading) }
                         figure { (inline(svg)) }
                     }
-                    @for table in &self.tables { (plain_table(table)) }
+                    @for table in self.tables.iter().filter(|table| !table.rows.is_empty()) { (plain_table(table)) }
                     (self.variables())
                     (self.details())
                 }
@@ -112,11 +112,15 @@ impl Page<'_> {
                 h1 { (result.case) ": " (result.status) }
                 @if !self.description.is_empty() { p.about { (self.description) } }
                 @for condition in &overview.conditions { p.about { "at " (condition) } }
-                p.headline {
-                    small { (objective) " " } (start) " → " (end) " "
-                    b.worse[worse] { (change) }
+                @if result.objective.is_some() || result.initial_objective.is_some() {
+                    p.headline {
+                        small { (objective) " " } (start) " → " (end) " "
+                        b.worse[worse] { (change) }
+                    }
                 }
-                @if !matches!(result.status, Termination::Converged) { p { (result.message) } }
+                @if !matches!(result.status, Termination::Converged) {
+                    p.bad[matches!(result.status, Termination::Failed | Termination::Infeasible)] { (result.message) }
+                }
                 div.columns {
                     div {
                         h2 { "What holds it there" }
@@ -244,6 +248,7 @@ mod tests {
             seconds: 0.5,
             objective: None,
             values: Named::new(["cd"], [Some(0.007)]),
+            without_value: Named(Vec::new()),
             constraints: Named(Vec::new()),
             kkt_residual: f64::NAN,
             variables: Named::new(["dx[0,0]"], [0.25]),
@@ -282,7 +287,10 @@ mod tests {
             case: "name = \"a<b\"",
             bounds: vec![BoundsReport { lower: Some(-1.0), upper: None }],
             figures: vec![("Start".into(), "<?xml version=\"1.0\"?><svg></svg>".into())],
-            tables: vec![HtmlTable { heading: "Timing", columns: vec!["what"], rows: vec![vec!["flow".into()]] }],
+            tables: vec![
+                HtmlTable { heading: "Gradient check", columns: vec!["quantity"], rows: Vec::new() },
+                HtmlTable { heading: "Timing", columns: vec!["what"], rows: vec![vec!["flow".into()]] },
+            ],
         };
         let html = page.render();
         for part in [
@@ -291,6 +299,8 @@ mod tests {
             "<svg></svg>",
             "<li class=\"bad\">the section crosses itself</li>",
             "<tr class=\"bad\"><td>cd</td>",
+            // marks are for lists: before a row one would be a cell of its own
+            "li.bad::before",
             "area ≥ &lt;0.1&gt;",
             "s&lt;1&gt;.dat: one point moved",
             "Timing",
@@ -299,6 +309,7 @@ mod tests {
         ] {
             assert!(html.contains(part), "{part} is not in {html}");
         }
+        assert!(!html.contains("}.bad::before") && !html.contains("Gradient check"));
         assert!(!html.contains("<?xml") && !html.contains("http") && html.ends_with("</html>\n"));
     }
 }

@@ -4,14 +4,17 @@ use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;
 
+/// The heading of options about messages, which every subcommand has.
+const HEADING: &str = "Messages";
+
 /// How much the command says; the same for the whole process.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(super) struct Voice {
     /// Say nothing on standard error but why the command failed: no progress, no notes
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = HEADING)]
     pub quiet: bool,
     /// Say more: the attempts of the flow solver where the direct way failed
-    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    #[arg(long, short, global = true, help_heading = HEADING, conflicts_with = "quiet")]
     pub verbose: bool,
 }
 
@@ -36,8 +39,8 @@ pub(super) fn note(text: impl Display) {
     }
 }
 
-/// A message after the name of the command. One that cannot be written is lost, and nothing else: a closed pipe or a full
-/// disk behind standard error must not end a computation.
+/// A message after the name of the command. One that cannot be written is lost, and nothing else: a closed pipe or a
+/// full disk behind standard error must not end a computation.
 pub(super) fn say(text: impl Display) {
     let width = if std::io::stderr().is_terminal() { terminal_width() } else { usize::MAX };
     let text = wrapped(&format!("aeroform: {text}"), width, "  ") + "\n";
@@ -50,6 +53,23 @@ pub(super) fn paragraph(text: &str) -> String {
     let terminal = console::Term::stdout();
     let width = if terminal.is_term() { usize::from(terminal.size().1) } else { usize::MAX };
     wrapped(text, width, "")
+}
+
+/// An item of a list for standard output, indented, in lines that fit its terminal. Comparisons such as `x ≤ 0.1` are
+/// not broken.
+pub(super) fn item(text: &str) -> String {
+    let terminal = console::Term::stdout();
+    let width = if terminal.is_term() { usize::from(terminal.size().1) } else { usize::MAX };
+    wrapped_item(text, width)
+}
+
+fn wrapped_item(text: &str, width: usize) -> String {
+    const GLUE: char = '\u{a0}';
+    let mut glued = format!("  {text}");
+    for sign in ["≤", "≥", "=", "…"] {
+        glued = glued.replace(&format!(" {sign} "), &format!("{GLUE}{sign}{GLUE}"));
+    }
+    wrapped(&glued, width, "    ").replace(GLUE, " ")
 }
 
 fn terminal_width() -> usize {
@@ -70,7 +90,7 @@ fn wrapped(text: &str, width: usize, indent: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::wrapped;
+    use super::{wrapped, wrapped_item};
 
     #[test]
     fn messages_fit_the_terminal_and_words_stay_whole() {
@@ -82,5 +102,10 @@ mod tests {
         );
         assert_eq!(wrapped(text, usize::MAX, "  "), text);
         assert_eq!(wrapped("one\ntwo", 40, "  "), "one\ntwo");
+        let item = "bounds of 3 of 9 variables: dy[0,1] ≤ 0.1, dx[2,1] ≥ -0.05 without need, dy[1,1] ≤ 0.2";
+        assert_eq!(
+            wrapped_item(item, 40),
+            "  bounds of 3 of 9 variables:\n    dy[0,1] ≤ 0.1, dx[2,1] ≥ -0.05\n    without need, dy[1,1] ≤ 0.2"
+        );
     }
 }

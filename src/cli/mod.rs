@@ -1,10 +1,12 @@
 //! The command `aeroform`: one file per subcommand.
 //!
 //! Results go to files and standard output, progress and messages to standard error. Exit status 0: done; 1: the
-//! computation did not succeed, and said why; 2: bad usage or input. May depend on everything else.
+//! computation did not succeed, and said why; 2: bad usage or input; 130 or 143: an interrupt (Ctrl-C) or a termination
+//! ended a run, which wrote everything it had; a second signal ends the process at once. May depend on everything else.
 
 mod analyze;
 mod cases;
+mod design_files;
 mod design_vector;
 mod evaluate;
 mod events;
@@ -14,6 +16,7 @@ mod figures;
 mod flow_arguments;
 mod gradients;
 mod html;
+mod interrupt;
 mod message;
 mod output;
 mod overview;
@@ -90,6 +93,10 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
         Ok(arguments) => return Ok(Some(arguments)),
         Err(error) => error,
     };
+    // a script that asked for JSON finds the reason there
+    if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+        let _ = output::print_json(&FailureReport { failed: &usage(&error) });
+    }
     // with the colours that the terminal takes
     match (error.print(), error.use_stderr()) {
         (_, true) => Err(Failure::Usage),
@@ -98,6 +105,13 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
         }
         _ => Ok(None),
     }
+}
+
+/// The first paragraph of a usage error, without the word before it and in one line.
+fn usage(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let text = text.trim_start_matches("error: ");
+    text.split("\n\n").next().unwrap_or(text).split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The JSON object that `--json` prints where there is no result.

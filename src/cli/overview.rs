@@ -1,5 +1,5 @@
-//! A run at a glance: what changed from start to end, what holds the design, and why it may be trusted. The terminal and
-//! the page show the same.
+//! A run at a glance: what changed from start to end, what holds the design, and why it may be trusted. The terminal
+//! and the page show the same.
 
 use super::figures::condition_text;
 use crate::case::Case;
@@ -45,7 +45,7 @@ pub(super) struct Check {
 /// The whole of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Overview {
-    /// Name of the objective: that of its quantity, where it is a single one.
+    /// The objective in words: the weighted sum of its quantities.
     pub objective: String,
     /// The operating points in words.
     pub conditions: Vec<String>,
@@ -68,14 +68,42 @@ pub(super) fn minimises_drag(case: &Case) -> bool {
     in_objective().count() > 0 && in_objective().all(|(name, _)| is_drag(&name)) && (sum - 1.0).abs() < 1e-9
 }
 
-/// Name of the objective: that of its quantity, where it is that quantity and no more.
+/// The objective in words: the weighted sum of its quantities, such as `cd + 0.5 fold_penalty`; `objective` where there
+/// are many.
 pub(super) fn objective_name(case: &Case) -> String {
-    let weights = case.problem.objective_weights();
-    let terms: Vec<usize> = (0..weights.len()).filter(|&k| weights[k] != 0.0).collect();
-    match terms[..] {
-        [k] if weights[k] == 1.0 => case.problem.quantities()[k].name(),
-        _ => "objective".into(),
+    const MOST: usize = 4;
+    let quantities = case.problem.quantities().iter().map(crate::design::Quantity::name);
+    let terms: Vec<(String, f64)> =
+        quantities.zip(case.problem.objective_weights().iter().copied()).filter(|(_, weight)| *weight != 0.0).collect();
+    if terms.len() > MOST {
+        return "objective".into();
     }
+    weighted_names(&terms)
+}
+
+/// A weighted sum in words.
+fn weighted_names(terms: &[(String, f64)]) -> String {
+    let mut text = String::new();
+    for (k, (name, weight)) in terms.iter().enumerate() {
+        text += match (k, *weight < 0.0) {
+            (0, false) => "",
+            (0, true) => "-",
+            (_, false) => " + ",
+            (_, true) => " - ",
+        };
+        if weight.abs() != 1.0 {
+            text += &format!("{} ", engineering(weight.abs(), DIGITS));
+        }
+        text += name;
+    }
+    text
+}
+
+/// Whether the objective is one quantity and no more, whose row then stands for both.
+fn is_single(case: &Case) -> bool {
+    let weights = case.problem.objective_weights();
+    let mut used = weights.iter().filter(|weight| **weight != 0.0);
+    used.next() == Some(&1.0) && used.next().is_none()
 }
 
 fn is_drag(name: &str) -> bool {
@@ -185,9 +213,9 @@ impl Overview {
             format!("{place}{}", condition_text(&point.condition))
         });
         let mut rows = Vec::new();
-        if objective == "objective" {
+        if !is_single(case) {
             rows.push(Row {
-                name: objective.clone(),
+                name: "objective".into(),
                 start: headline[0].clone(),
                 end: headline[1].clone(),
                 change: headline[2].clone(),
@@ -218,6 +246,11 @@ fn quantity_row(result: &RunReport, name: &str, in_counts: bool, minimised: bool
         role: if minimised { "minimised".into() } else { String::new() },
         tone: Tone::Plain,
     };
+    // without any design the verdict gives the reason once
+    if let Some(reason) = result.without_value.get(name) {
+        let told = result.objective.is_none() && result.message.contains(reason.as_str());
+        row.role = if told { "no value".into() } else { format!("no value: {reason}") };
+    }
     if let Some(constraint) = result.constraints.get(name) {
         row.bound = bound(name, constraint.lower, constraint.upper);
         let multiplier = constraint.multiplier.unwrap_or(0.0);

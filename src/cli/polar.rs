@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::figures;
 use super::flow_arguments::{FlowArguments, Panelled, panelled};
 use super::message::Voice;
-use super::output::{print, print_json};
+use super::output::{fixed, print, print_json, settled};
 use super::table_csv::csv;
 use crate::flow::{FlowError, PanelledSection, Settings, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
@@ -26,7 +26,7 @@ pub(super) struct PolarArguments {
     #[arg(long, value_name = "FIRST:LAST:STEP", allow_hyphen_values = true)]
     alpha: String,
     /// Sweeps to run side by side
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     jobs: usize,
     /// Write polar.csv and polar.svg into this directory
     #[arg(long, value_name = "DIR")]
@@ -74,7 +74,7 @@ impl Point {
 
     fn report(&self, arguments: &PolarArguments, repairs: &[String]) -> AnalysisReport {
         match &self.flow {
-            Ok((solution, seconds)) => AnalysisReport::new(solution, *seconds, repairs),
+            Ok((solution, seconds)) => AnalysisReport::new(solution, *seconds, repairs).at_angle(self.alpha),
             Err(_) => {
                 let FlowArguments { mach, reynolds, .. } = arguments.point;
                 AnalysisReport::refused(self.alpha, mach, reynolds, self.status(), repairs)
@@ -178,7 +178,7 @@ impl<'a> Display<'a> {
         self.events.send(&PointEvent { event: "point", point: point.report(self.arguments, self.repairs) });
         let cell = |(_, width, of): &Column| format!("{:>width$}", point.solved().map_or("-".into(), of));
         let cells: Vec<String> = COLUMNS.iter().map(cell).collect();
-        self.line(&format!("{:>8.3}  {}  {}", point.alpha, cells.join("  "), point.status()))
+        self.line(&format!("{:>8}  {}  {}", fixed(point.alpha, 3), cells.join("  "), point.status()))
     }
 }
 
@@ -187,13 +187,13 @@ type Column = (&'static str, usize, fn(&Solution) -> String);
 
 /// Columns with a fixed width, so that rows can be printed as they come.
 const COLUMNS: [Column; 8] = [
-    ("CL", 8, |s| format!("{:.5}", s.coefficients.cl)),
-    ("CD, counts", 10, |s| format!("{:.2}", 1e4 * s.coefficients.cd)),
-    ("pressure", 8, |s| format!("{:.2}", 1e4 * s.cd_pressure)),
-    ("Cm", 8, |s| format!("{:.5}", s.coefficients.cm)),
-    ("CL/CD", 7, |s| engineering(s.coefficients.cl / s.coefficients.cd, 4)),
-    ("xtr upper", 9, |s| format!("{:.4}", s.coefficients.transition[0])),
-    ("xtr lower", 9, |s| format!("{:.4}", s.coefficients.transition[1])),
+    ("CL", 8, |s| fixed(s.coefficients.cl, 5)),
+    ("CD, counts", 10, |s| fixed(1e4 * s.coefficients.cd, 2)),
+    ("pressure", 8, |s| fixed(1e4 * s.cd_pressure, 2)),
+    ("Cm", 8, |s| fixed(s.coefficients.cm, 5)),
+    ("CL/CD", 7, |s| engineering(settled(s.coefficients.cl) / s.coefficients.cd, 4)),
+    ("xtr upper", 9, |s| fixed(s.coefficients.transition[0], 4)),
+    ("xtr lower", 9, |s| fixed(s.coefficients.transition[1], 4)),
     ("iterations", 10, |s| s.iterations.to_string()),
 ];
 
@@ -215,11 +215,27 @@ fn angles(text: &str) -> Result<Vec<f64>, Failure> {
     if !(count >= 0.0 && count <= MOST_POINTS as f64) {
         return Err(wrong("the step does not lead from first to last in a sensible number of points"));
     }
-    Ok((0..=(count + 1e-9).floor() as usize).map(|k| first + k as f64 * step).collect())
+    // angles of as many decimals as were asked for, not sums of rounded steps
+    let decimals = text.split(':').map(decimals).max().unwrap_or(0);
+    let round = |angle: f64| format!("{angle:.decimals$}").parse().unwrap_or(angle) + 0.0;
+    let all = (0..=(count + 1e-9).floor() as usize).map(|k| first + k as f64 * step);
+    Ok(if decimals <= MOST_DECIMALS { all.map(round).collect() } else { all.collect() })
 }
 
-/// Solves all points and shows them in their order; each job takes a run of neighbouring ones, every point starting from
-/// the last.
+/// Decimals of angles beyond which sums of steps are as good.
+const MOST_DECIMALS: usize = 12;
+
+/// Decimals of a number as it is written; as many as there may be of one with an exponent.
+fn decimals(number: &str) -> usize {
+    match number.trim().split_once('.') {
+        _ if number.contains(['e', 'E']) => usize::MAX,
+        Some((_, decimals)) => decimals.len(),
+        None => 0,
+    }
+}
+
+/// Solves all points and shows them in their order; each job takes a run of neighbouring ones, every point starting
+/// from the last.
 ///
 /// A point that has no flow keeps its reason, and the others their flows.
 fn sweep(
@@ -333,4 +349,19 @@ fn table(points: &[Point]) -> Result<String, Failure> {
         ]
     });
     csv(&HEADER, rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::angles;
+
+    #[test]
+    fn angles_are_those_asked_for() {
+        let tenths = angles("-0.3:0.3:0.1").unwrap();
+        assert_eq!(tenths, [-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3]);
+        assert!(tenths[3].is_sign_positive());
+        assert_eq!(angles("4").unwrap(), [4.0]);
+        assert_eq!(angles("3:1").unwrap(), [3.0, 2.0, 1.0]);
+        assert_eq!(angles("0:1e-1:5e-2").unwrap(), [0.0, 0.05, 0.1]);
+    }
 }

@@ -29,7 +29,7 @@ struct EvaluationEvent<'a> {
     event: &'static str,
     evaluation: usize,
     iteration: usize,
-    /// `"sample"` or `"trial"`.
+    /// `"start"`, `"trial"`, `"sample"` or `"failed"`, as in `history.csv`.
     kind: &'static str,
     objective: Option<f64>,
     best_objective: Option<f64>,
@@ -74,7 +74,7 @@ impl RunProgress {
             event: "evaluation",
             evaluation: progress.evaluation,
             iteration: progress.iteration,
-            kind: if progress.sampling { "sample" } else { "trial" },
+            kind: progress.kind(),
             objective: progress.result.ok().map(|e| e.objective),
             best_objective: finite(progress.best_objective),
             violation: finite(progress.violation),

@@ -2,12 +2,13 @@
 
 use super::events::EventArguments;
 use super::failure::Failure;
+use super::interrupt::Interrupts;
 use super::message::{note, say};
 use super::output::{print, print_json};
 use super::progress::{GradientGoal, RunProgress};
 use super::run_files::RunResults;
 use super::summary;
-use crate::case::Case;
+use crate::case::{Case, Steering};
 use crate::optimize::{Checkpoint, CheckpointError, History, Identity, Journal, Journaled, Termination};
 use crate::report::{OutputDirectory, OutputError};
 use std::ops::ControlFlow;
@@ -25,12 +26,22 @@ pub(super) struct RunArguments {
     /// Where the results go [default: out/<case>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit
+    /// Go on from the checkpoint in the output directory; the result is that of an uninterrupted run, bit for bit.
+    /// Limits, tolerance, comments and description may have changed
     #[arg(long)]
     resume: bool,
     /// Optimiser instead of the case's: lbfgs, newton, slsqp or sqp
     #[arg(long)]
     method: Option<String>,
+    /// Most evaluations, instead of the case's limit; may change with --resume
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    max_evaluations: Option<usize>,
+    /// Most iterations, instead of the case's limit; may change with --resume
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    max_iterations: Option<usize>,
+    /// Tolerance at which the run has converged, instead of the case's; may change with --resume
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
     /// Print one JSON object (the content of result.json)
     #[arg(long)]
     pub json: bool,
@@ -43,6 +54,12 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     if let Some(method) = &arguments.method {
         case.use_method(method).map_err(|e| Failure::Input(e.to_string()))?;
     }
+    let steering = Steering {
+        max_evaluations: arguments.max_evaluations,
+        max_iterations: arguments.max_iterations,
+        tolerance: arguments.tolerance,
+    };
+    case.steer(&steering).map_err(|e| Failure::Input(e.to_string()))?;
     // before the output directory is touched
     case.method.check_constraints(&case.problem).map_err(|e| Failure::Input(format!("{}: {e}", case.name)))?;
     case.repairs().iter().for_each(note);
@@ -53,6 +70,8 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let identity = case.identity();
     let journal = if arguments.resume { resume(&checkpoint, &identity)? } else { Journal::default() };
 
+    let interrupts =
+        Interrupts::watch().map_err(|e| Failure::Computation(format!("signals cannot be watched: {e}")))?;
     let mut history = History::new(&case.problem);
     let mut display = RunProgress::new(arguments.events.open()?, GradientGoal::of(&case.method));
     let mut problem =
@@ -61,7 +80,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         .run_on(&mut problem, &mut |progress| {
             history.record(progress);
             display.show(progress);
-            ControlFlow::Continue(())
+            if interrupts.exit_status().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
         .map_err(|e| Failure::of_run(&case.name, &e))?;
     display.end(&end.outcome);
@@ -89,6 +108,10 @@ pub(super) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         print(&summary::text(&results.report, &results.overview, &directory))?
     }
     match end.outcome.status {
+        Termination::Interrupted => {
+            let message = format!("{}: {} --resume goes on from here", case.name, end.outcome.message);
+            Err(Failure::Interrupted(message, interrupts.exit_status().unwrap_or(1)))
+        }
         Termination::Converged | Termination::Stalled if lost.is_empty() => Ok(()),
         Termination::Converged | Termination::Stalled => {
             Err(Failure::Told(format!("{}: not all results could be written", case.name)))
@@ -104,7 +127,10 @@ fn resume(path: &Path, identity: &Identity) -> Result<Journal, Failure> {
     }
     match Checkpoint::load(path, identity) {
         Ok(checkpoint) => Ok(checkpoint.journal),
-        Err(error @ CheckpointError::ForeignCase { .. }) => Err(Failure::Input(error.to_string())),
-        Err(error) => Err(Failure::Input(format!("{error}; run without --resume to start anew"))),
+        // the other errors say themselves what to do
+        Err(error @ CheckpointError::Read { .. }) => {
+            Err(Failure::Input(format!("{error}; run without --resume to start anew")))
+        }
+        Err(error) => Err(Failure::Input(error.to_string())),
     }
 }

@@ -1,5 +1,6 @@
 //! The files of a run: results, figures and the page that shows them.
 
+use super::design_files::named;
 use super::failure::Failure;
 use super::figures::{self, Sweep};
 use super::html::{HtmlTable, Page};
@@ -14,7 +15,7 @@ use crate::optimize::{History, Outcome};
 use crate::report::engineering;
 use crate::report::figures::Stroke;
 use crate::report::json::{BoundsReport, RunReport};
-use crate::section::{Measure, Section, SeligFormat};
+use crate::section::{Measure, SeligFormat};
 use std::time::{Duration, Instant};
 
 /// The results of a run, ready to be written.
@@ -46,7 +47,7 @@ impl RunResults {
         let wrong = |e: &dyn std::fmt::Display| Failure::Computation(format!("{}: {e}", case.name));
         Ok(vec![
             ("result.json", pretty(&self.report)?),
-            ("final.dat", titled(case, end).selig_with(&SeligFormat::default())),
+            ("final.dat", named(case, &end.shape.section).selig_with(&SeligFormat::default())),
             ("history.csv", history.to_csv().map_err(|e| wrong(&e))?),
         ])
     }
@@ -65,25 +66,32 @@ impl RunResults {
         let initial = problem.shape(&problem.start_values()).map_err(|e| wrong(&e))?;
         let start_figure = figures::design(problem, &initial, &format!("{name}: start"));
         let end_figure = figures::design(problem, shape, &format!("{name}: {}", end.outcome.status));
-        let convergence = figures::convergence(history, &self.overview.objective, minimises_drag(case), name);
+        // without a single objective there is nothing to draw
+        let any = history.rows().iter().any(|row| row.objective.is_finite());
+        let convergence =
+            any.then(|| figures::convergence(history, &self.overview.objective, minimises_drag(case), name));
         let pressures = pressures(problem, &initial, shape);
-        let section = titled(case, end);
+        let section = named(case, &end.shape.section);
         let chord = Measure::Chord.evaluate(&section).map_err(|e| wrong(&e))?;
         let options = cad::Options { unit: cad::LengthUnit::likely_for(chord), ..cad::Options::named(section.name()) };
         let mut files = vec![
             ("initial.svg", start_figure.clone()),
             ("final.svg", end_figure.clone()),
-            ("convergence.svg", convergence.clone()),
             ("final.step", cad::step_with(section.curve(), &options).map_err(|e| wrong(&e))?),
         ];
+        files.extend(convergence.clone().map(|svg| ("convergence.svg", svg)));
         files.extend(pressures.first().map(|(_, svg)| ("pressure.svg", svg.clone())));
-        let mut shown = vec![("Start".to_string(), start_figure), ("End".to_string(), end_figure)];
+        let mut shown = vec![("Start".to_string(), start_figure)];
+        if end.outcome.evaluation.is_some() {
+            shown.push(("End".to_string(), end_figure));
+        }
         shown.extend(pressures);
-        if let Some((heading, svg)) = polars(problem, &initial, shape) {
+        let after = end.outcome.evaluation.is_some().then_some(shape);
+        if let Some((heading, svg)) = polars(problem, &initial, after) {
             files.push(("polars.svg", svg.clone()));
             shown.push((heading, svg));
         }
-        shown.push(("Convergence".to_string(), convergence));
+        shown.extend(convergence.map(|svg| ("Convergence".to_string(), svg)));
         let page = Page {
             result: &self.report,
             overview: &self.overview,
@@ -97,12 +105,6 @@ impl RunResults {
         files.push(("report.html", page.render()));
         Ok(files)
     }
-}
-
-/// The section of the best design under a name that tells where it comes from.
-fn titled(case: &Case, end: &CaseOutcome) -> Section<f64> {
-    let section = &end.shape.section;
-    section.clone().with_name(format!("{} (aeroform {})", section.name(), case.name))
 }
 
 /// Pressure before and after, a heading and a figure for each operating point that has a flow at either end.
@@ -125,8 +127,8 @@ const SWEEP_TIME: Duration = Duration::from_millis(1500);
 /// Angles of a sweep beside the angle of the design, in degrees: first towards one end, then towards the other.
 const SWEEP: [i32; 2] = [8, -6];
 
-/// Polars of the sections at start and end, at the operating point of largest weight.
-fn polars(problem: &DesignProblem, initial: &Shape, shape: &Shape) -> Option<(String, String)> {
+/// Polars of the sections at start and end (where there is one), at the operating point of largest weight.
+fn polars(problem: &DesignProblem, initial: &Shape, shape: Option<&Shape>) -> Option<(String, String)> {
     let points = problem.operating_points();
     let (index, point) = points.iter().enumerate().max_by(|a, b| a.1.weight.total_cmp(&b.1.weight))?;
     let centre = |shape: &Shape| -> f64 {
@@ -140,14 +142,16 @@ fn polars(problem: &DesignProblem, initial: &Shape, shape: &Shape) -> Option<(St
         let section = problem.prepared_flow(shape)?.ok()?;
         Some(sweep(&*section, &point.condition, centre(shape)))
     };
-    let (before, after) = (sweep(initial).unwrap_or_default(), sweep(shape).unwrap_or_default());
-    let sweeps = [
+    let (before, after) = (sweep(initial).unwrap_or_default(), shape.and_then(sweep).unwrap_or_default());
+    let mut sweeps = vec![
         Sweep { name: "start", points: &before, stroke: Stroke::INITIAL },
         Sweep { name: "end", points: &after, stroke: Stroke::SECTION },
     ];
+    sweeps.retain(|sweep| !sweep.points.is_empty());
     let place = if point.name.is_empty() { String::new() } else { format!(" at the conditions of {}", point.name) };
     let svg = figures::polars(&sweeps, &figures::surroundings_text(&point.condition));
-    (!before.is_empty() || !after.is_empty()).then(|| (format!("Polars of start and end{place}"), svg))
+    let both = if shape.is_some() { "Polars of start and end" } else { "Polars of the start" };
+    (!before.is_empty() || !after.is_empty()).then(|| (format!("{both}{place}"), svg))
 }
 
 /// Flows at whole degrees beside `centre`, outwards from it for as long as the flow can be described and time allows;
@@ -191,11 +195,11 @@ fn directional_derivatives(problem: &mut DesignProblem, values: &[f64]) -> Deriv
     let range = [StepRange { first: 4e-3, levels: 4 }];
     let Ok(differences) = finite_difference_jacobian(at, &[0.0], &range) else { return Derivatives::default() };
     let names = problem.quantities().iter().map(crate::design::Quantity::name).enumerate();
-    let checks = names.filter(|(_, name)| !name.contains('[')).map(|(q, quantity)| {
-        let gradient = &exact[q].1;
+    let checks = names.filter(|(_, name)| !name.contains('[')).filter_map(|(q, quantity)| {
+        let (_, gradient) = exact[q].as_ref()?;
         let along = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>();
         let difference = &differences[(q, 0)];
-        DerivativeCheck {
+        Some(DerivativeCheck {
             quantity,
             variable: "one direction of all".into(),
             exact: along,
@@ -203,7 +207,7 @@ fn directional_derivatives(problem: &mut DesignProblem, values: &[f64]) -> Deriv
             difference: difference.value,
             difference_error: difference.error,
             scale: gradient.iter().zip(&steps).map(|(g, s)| (g * s).powi(2)).sum::<f64>().sqrt(),
-        }
+        })
     });
     Derivatives { checks: checks.collect() }
 }

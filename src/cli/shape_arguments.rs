@@ -12,13 +12,13 @@ pub(super) struct ShapeArguments {
     /// naca2412, naca0012:sharp, kulfan:upper=0.2,0.2/lower=-0.1,-0.1, or the path of a coordinate file
     pub shape: String,
     /// Number of control points (default 101; coordinates are interpolated unless told, and fitted then)
-    #[arg(long, value_name = "N", conflicts_with = "fit_tolerance")]
+    #[arg(long, value_name = "N", conflicts_with = "fit_tolerance", allow_negative_numbers = true)]
     pub control_points: Option<usize>,
     /// Fit coordinates to this distance, in their unit, instead of interpolating them
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub fit_tolerance: Option<f64>,
     /// Element of a coordinate file that holds several, counted from 1
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub element: Option<usize>,
     /// Move, turn and scale coordinates: nose at the origin, trailing edge at (1, 0)
     #[arg(long)]

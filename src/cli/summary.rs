@@ -1,6 +1,6 @@
 //! A run in the terminal.
 
-use super::message::paragraph;
+use super::message::{item, paragraph};
 use super::overview::{Overview, Row, Tone};
 use crate::report::json::RunReport;
 use crate::report::{Align, OutputDirectory, Table, engineering};
@@ -18,7 +18,9 @@ pub(super) fn text(result: &RunReport, overview: &Overview, directory: &OutputDi
     );
     let [start, end, change] = &overview.headline;
     let change = if change.is_empty() { String::new() } else { format!(" ({change})") };
-    text += &format!("{}: {start} → {end}{change}\n", overview.objective);
+    if result.objective.is_some() || result.initial_objective.is_some() {
+        text += &format!("{}: {start} → {end}{change}\n", overview.objective);
+    }
     overview.conditions.iter().for_each(|condition| text += &format!("at {condition}\n"));
     text.push('\n');
     text += &paragraph(&result.message);
@@ -29,7 +31,7 @@ pub(super) fn text(result: &RunReport, overview: &Overview, directory: &OutputDi
         text += "nothing holds the design: no constraint and no bound of a variable is reached\n";
     } else {
         text += "held by\n";
-        overview.holds.iter().for_each(|hold| text += &format!("  {}\n", paragraph(hold)));
+        overview.holds.iter().for_each(|hold| text += &(item(hold) + "\n"));
     }
     text += "checks\n";
     for check in &overview.checks {

@@ -6,7 +6,7 @@ use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
 use super::geometry::Geometry;
 use super::linearised::LinearisedShape;
 use super::parallel::{in_parallel_with, processors};
-use super::quantity::{Instruments, Quantity, finite};
+use super::quantity::{Instruments, Quantity, ValueAndGradient, finite};
 use super::shape::Shape;
 use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
 use crate::ffd::FoldReport;
@@ -182,52 +182,73 @@ impl DesignProblem {
         self.instruments.penalty.as_ref().map(|p| p.report(&shape.net))
     }
 
-    /// All quantities over any scalar, through the whole pipeline.
+    /// Whether objective or constraints are made of a quantity, given its position in
+    /// [`quantities`](Self::quantities). The others are only reported: one of them that has no value at some shape
+    /// fails nothing there.
+    pub fn is_used(&self, quantity: usize) -> bool {
+        self.weights[quantity] != 0.0 || self.constraints.contains(&quantity)
+    }
+
+    /// All quantities over any scalar, through the whole pipeline; NaN for one that is only reported and has no value.
     ///
     /// This is the plain route: whatever the structured gradients of [`gradients`](Self::gradients) shortcut,
     /// duals carried through this function must reproduce.
     ///
     /// # Errors
-    /// A shape or quantity that has no value.
+    /// A shape that cannot be built, or a quantity of objective or constraints that has no value.
     pub fn quantities_at<S: Scalar>(&self, values: &[S]) -> Result<Vec<S>, DesignError> {
         let shape = self.geometry.shape(values)?;
-        self.quantities.iter().map(|q| self.instruments.value(q, &shape)).collect()
+        let value = |q: usize| match self.instruments.value(&self.quantities[q], &shape) {
+            Err(_) if !self.is_used(q) => Ok(S::from(f64::NAN)),
+            result => result,
+        };
+        (0..self.quantities.len()).map(value).collect()
     }
 
-    /// Every quantity on its own at given variables (their own units): `None` for one that has no value there, such as
-    /// those of a flow that cannot be solved.
-    pub fn values_at(&self, values: &[f64]) -> Vec<Option<f64>> {
-        let shape = self.geometry.shape(values).ok();
-        let value = |q: &Quantity| shape.as_ref().and_then(|shape| self.instruments.value(q, shape).ok());
+    /// Every quantity on its own at given variables (their own units), or why it has no value there, as those of a flow
+    /// that cannot be solved.
+    pub fn values_at(&self, values: &[f64]) -> Vec<Result<f64, DesignError>> {
+        let shape = self.geometry.shape(values);
+        let value = |q: &Quantity| self.instruments.value(q, shape.as_ref().map_err(Clone::clone)?);
         self.quantities.iter().map(value).collect()
     }
 
-    /// Whether everything but the flow has a value at the start, and a derivative where an optimiser needs it.
-    pub(crate) fn measures_at_start(&self) -> Result<(), DesignError> {
+    /// The first quantity of objective and constraints, those of the flow aside, that lacks a value or a derivative at
+    /// the start: its position, and the reason.
+    ///
+    /// # Errors
+    /// A start that has no shape.
+    pub(crate) fn lacking_at_start(&self) -> Result<Option<(usize, DesignError)>, DesignError> {
         let shape = self.geometry.shape(&self.start_values())?;
         let control_points = shape.section.curve().control_points();
         let lifted: Vec<[Dual64; 2]> = control_points.iter().map(|p| p.map(Dual64::from)).collect();
         let section = shape.section.with_control_points(lifted)?;
-        for (q, quantity) in self.quantities.iter().enumerate() {
-            if let Quantity::Measure(measure) = quantity
-                && (self.weights[q] != 0.0 || self.constraints.contains(&q))
-            {
-                measure.evaluate(&section)?;
-            }
-        }
-        let plain = self.quantities.iter().filter(|q| !matches!(q, Quantity::Flow(_)));
-        plain.map(|q| self.instruments.value(q, &shape)).try_for_each(|value| value.map(|_| ()))
+        let lacks = |q: usize| match &self.quantities[q] {
+            Quantity::Flow(_) => None,
+            Quantity::Measure(measure) => measure.evaluate(&section).err().map(DesignError::from),
+            plain => self.instruments.value(plain, &shape).err(),
+        };
+        let mut used = (0..self.quantities.len()).filter(|&q| self.is_used(q));
+        Ok(used.find_map(|q| Some((q, lacks(q)?))))
     }
 
-    /// Value and gradient of each quantity, in the variables' own units.
+    /// Value and gradient of each quantity, in the variables' own units; `None` for one that is only reported and has
+    /// no value or no gradient.
     ///
     /// # Errors
-    /// A shape or quantity that has no value.
-    pub fn gradients(&mut self, values: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, DesignError> {
+    /// A shape that cannot be built, or a quantity of objective or constraints that has no value.
+    pub fn gradients(&mut self, values: &[f64]) -> Result<Vec<Option<ValueAndGradient>>, DesignError> {
         self.work.values.clear();
         self.work.values.extend_from_slice(values);
         let tangents = self.prepare()?;
-        (0..self.quantities.len()).map(|q| self.quantity_gradient(q, &tangents)).collect()
+        let mut all = Vec::with_capacity(self.quantities.len());
+        for q in 0..self.quantities.len() {
+            all.push(match self.quantity_gradient(q, &tangents) {
+                Err(_) if !self.is_used(q) => None,
+                result => Some(result?),
+            });
+        }
+        Ok(all)
     }
 
     /// The objective alone, in scaled variables: what a line search without gradients would pay.
@@ -242,10 +263,9 @@ impl DesignProblem {
                 return Ok(value);
             }
         }
-        let values = std::mem::take(&mut self.work.values);
-        let result = self.quantities_at(&values);
-        self.work.values = values;
-        Ok(result?.iter().zip(&self.weights).map(|(v, w)| v * w).sum())
+        let shape = self.geometry.shape(&self.work.values)?;
+        let terms = self.quantities.iter().zip(&self.weights).filter(|(_, weight)| **weight != 0.0);
+        terms.map(|(quantity, weight)| Ok(weight * self.instruments.value(quantity, &shape)?)).sum()
     }
 
     /// The objective at the deformed workspace; `None` where it needs more than the control points.
@@ -275,8 +295,8 @@ impl DesignProblem {
         Some(ShapeFlows { nodes, solutions: flow.solutions(shape) })
     }
 
-    /// The section of a shape, prepared for the flow solver of the problem to be analysed at any operating point; `None`
-    /// without flow.
+    /// The section of a shape, prepared for the flow solver of the problem to be analysed at any operating point;
+    /// `None` without flow.
     ///
     /// # Errors
     /// A shape that the solver cannot take.
@@ -403,7 +423,7 @@ impl DesignProblem {
             row.iter_mut().zip(self.geometry.variables()).for_each(|(g, v)| *g *= v.scale);
         }
         Ok(Evaluation {
-            objective: values.iter().zip(&self.weights).map(|(v, w)| v * w).sum(),
+            objective: weighted_sum(&values, &self.weights),
             gradient,
             constraints: self.constraints.iter().map(|&q| values[q]).collect(),
             jacobian,
@@ -411,19 +431,24 @@ impl DesignProblem {
         })
     }
 
-    /// Quantities that are only reported.
+    /// Quantities that are only reported: NaN where one has no value, which must not fail what the optimiser needs.
     fn fill_reported(&self, values: &mut [f64]) -> Result<(), DesignError> {
-        let used = |q: usize| self.weights[q] != 0.0 || self.constraints.contains(&q);
-        if (0..self.quantities.len()).all(used) {
+        let reported: Vec<usize> = (0..self.quantities.len()).filter(|&q| !self.is_used(q)).collect();
+        if reported.is_empty() {
             return Ok(());
         }
         let section = self.geometry.section().with_control_points(self.work.points.clone())?;
         let shape = Shape { section, net: self.work.net.clone() };
-        for q in (0..self.quantities.len()).filter(|&q| !used(q)) {
-            values[q] = self.instruments.value(&self.quantities[q], &shape)?;
+        for q in reported {
+            values[q] = self.instruments.value(&self.quantities[q], &shape).unwrap_or(f64::NAN);
         }
         Ok(())
     }
+}
+
+/// The objective: the sum of the values that have a weight, so that those without one may be NaN.
+pub(crate) fn weighted_sum(values: &[f64], weights: &[f64]) -> f64 {
+    values.iter().zip(weights).filter(|(_, weight)| **weight != 0.0).map(|(value, weight)| value * weight).sum()
 }
 
 impl From<DesignError> for AnalysisFailure {

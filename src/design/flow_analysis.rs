@@ -24,8 +24,8 @@ pub struct OperatingPoint {
     pub condition: Condition,
 }
 
-/// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag), or
-/// `alpha` (angle of attack in degrees, an outcome where the lift is held).
+/// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag),
+/// or `alpha` (angle of attack in degrees, an outcome where the lift is held).
 ///
 /// The lowest pressure coefficient `cp_min` is only continuous where two suction peaks tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,8 +13,9 @@ pub(super) struct Tangent {
 
 /// A shape with its derivative with respect to every variable, in the variables' own units.
 ///
-/// Each movement of a control point of the box reaches few points of the section, so these derivatives are sparse: a box
-/// of 100 × 100 control points has 20 000 variables, and a table of variables by control points would fill gigabytes.
+/// Each movement of a control point of the box reaches few points of the section, so these derivatives are sparse: a
+/// box of 100 × 100 control points has 20 000 variables, and a table of variables by control points would fill
+/// gigabytes.
 #[derive(Debug, Clone)]
 pub struct LinearisedShape {
     /// The shape at the given variables.

@@ -21,6 +21,7 @@ mod quantity;
 mod shape;
 mod shape_error;
 
+pub(crate) use design_problem::weighted_sum;
 pub use design_problem::{Constraint, DesignProblem, ShapeFlows};
 pub use error::DesignError;
 pub(crate) use flow_analysis::FlowAnalysis;
@@ -32,6 +33,6 @@ pub use linearised::LinearisedShape;
 pub(crate) use motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
 pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 pub(crate) use quantity::Instruments;
-pub use quantity::Quantity;
+pub use quantity::{Quantity, ValueAndGradient};
 pub use shape::Shape;
 pub use shape_error::{ShapeError, ShapeNorm};

@@ -15,7 +15,8 @@ pub struct Evaluation {
     pub constraints: Vec<f64>,
     /// Gradients of the constraints, one row per constraint.
     pub jacobian: Vec<Vec<f64>>,
-    /// Further values for the history, in the order of [`ProblemDescription::value_names`].
+    /// Further values for the history, in the order of [`ProblemDescription::value_names`]; NaN for one that has no
+    /// value here, of which an optimiser takes no notice.
     pub values: Vec<f64>,
 }
 

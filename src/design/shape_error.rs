@@ -34,8 +34,8 @@ impl ShapeNorm {
 /// The shape error against one target, prepared for curves on one knot vector.
 ///
 /// All norms are a sum of weighted squared distances between sampled points of the curve, which are linear in its
-/// control points, and points of the target, which may be of any scalar. Samples are Gauss points of every span of the merged knots, so
-/// that each span is a polynomial piece of both curves.
+/// control points, and points of the target, which may be of any scalar. Samples are Gauss points of every span of the
+/// merged knots, so that each span is a polynomial piece of both curves.
 ///
 /// ```
 /// use aeroform::design::{ShapeError, ShapeNorm};

@@ -105,8 +105,8 @@ impl Root {
 
 /// Carries derivatives of every order that `S` has into a root `u` that was found in `f64`.
 ///
-/// The step is `u ← u − J⁻¹ R(u)`, once per order of derivative: with the Jacobian `J` frozen in `f64` each pass makes one
-/// more order exact. `inverse` gives the entries of `J⁻¹` by row and column.
+/// The step is `u ← u − J⁻¹ R(u)`, once per order of derivative: with the Jacobian `J` frozen in `f64` each pass makes
+/// one more order exact. `inverse` gives the entries of `J⁻¹` by row and column.
 pub(crate) fn lift<S: Scalar, R: AsRef<[S]>>(
     u: &mut [S],
     residual: impl Fn(&[S]) -> R,
@@ -125,8 +125,9 @@ pub(crate) fn lift<S: Scalar, R: AsRef<[S]>>(
 
 /// Lifts a root of `N` equations in `N` unknowns, already found in `f64`, to the scalar `S`.
 ///
-/// `residual` closes over whatever carries derivatives. `jacobian` gives the Jacobian at the root, by columns: entry `k`
-/// holds the derivatives of all residuals with respect to unknown `k`. It is asked for only where `S` has derivatives.
+/// `residual` closes over whatever carries derivatives. `jacobian` gives the Jacobian at the root, by columns: entry
+/// `k` holds the derivatives of all residuals with respect to unknown `k`. It is asked for only where `S` has
+/// derivatives.
 ///
 /// ```
 /// use aeroform::differentiate::lift_roots;

@@ -37,7 +37,8 @@ pub fn finite_difference<E>(mut f: impl FnMut(f64) -> Result<f64, E>, x: f64, st
     Ok(estimates[(0, 0)])
 }
 
-/// Jacobian (outputs × variables) of `f` at `x` by extrapolated central differences; `steps` has one entry per variable.
+/// Jacobian (outputs × variables) of `f` at `x` by extrapolated central differences; `steps` has one entry per
+/// variable.
 ///
 /// All outputs share the evaluations (`2 · levels + 9` per variable); each picks its own best entry of its tableau.
 ///

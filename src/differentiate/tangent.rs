@@ -12,8 +12,8 @@ use std::fmt;
 use std::iter::{Product, Sum};
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
-/// `a b + c`, rounded once where the processor built for can do that in one step. For derivatives only: values are to be
-/// those of plain `f64`.
+/// `a b + c`, rounded once where the processor built for can do that in one step. For derivatives only: values are to
+/// be those of plain `f64`.
 #[inline(always)]
 fn fused(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }

@@ -21,12 +21,13 @@ pub struct Embedding<S = f64, const D: usize = 2> {
 impl<S: Scalar, const D: usize> FfdBox<S, D> {
     /// Embeds points, given as arrays or as `nalgebra` points or vectors, in the undeformed box.
     ///
-    /// The parameters are found in `f64` by bracketed Newton, to a residual along each axis of at most 1e-14 of the size
-    /// of the box plus the round-off of its coordinates, and then carry the derivatives of the points and of the box by the implicit function theorem.
+    /// The parameters are found in `f64` by bracketed Newton, to a residual along each axis of at most 1e-14 of the
+    /// size of the box plus the round-off of its coordinates, and then carry the derivatives of the points and of the
+    /// box by the implicit function theorem.
     ///
     /// # Errors
-    /// The first point outside of the box, or in a part of it that is singular. Where derivatives are wanted, the first point at which the box has a singular
-    /// Jacobian, so that its parameters have no derivatives.
+    /// The first point outside of the box, or in a part of it that is singular. Where derivatives are wanted, the first
+    /// point at which the box has a singular Jacobian, so that its parameters have no derivatives.
     pub fn embed(&self, points: &[impl Into<[S; D]> + Copy]) -> Result<Embedding<S, D>, FfdError> {
         let real_points = self.control_points().iter().map(|p| p.map(|c| c.re())).collect::<Vec<_>>();
         let real: FfdBox<f64, D> = self.with_control_points(real_points)?;

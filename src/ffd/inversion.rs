@@ -6,7 +6,8 @@
 //! is left is halved until Newton converges inside its bracket, or until the work is out of all proportion.
 //!
 //! All of this runs in coordinates of its own, in which the box is about as large as one and near the origin, whatever
-//! its size and place: nothing overflows, and a margin means as much along the short side of a box as along the long one.
+//! its size and place: nothing overflows, and a margin means as much along the short side of a box as along the long
+//! one.
 
 use super::{BoxEvaluator, FfdBox, FfdError};
 use crate::spline::{blossom, for_each_index, halve};

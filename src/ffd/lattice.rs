@@ -42,8 +42,8 @@ pub struct FfdBox<S, const D: usize = 2> {
 }
 
 impl<S: Scalar, const D: usize> FfdBox<S, D> {
-    /// A box over `ranges` (`[first, last]` per direction) with `counts` control points and `degrees`, one number of each
-    /// per direction.
+    /// A box over `ranges` (`[first, last]` per direction) with `counts` control points and `degrees`, one number of
+    /// each per direction.
     ///
     /// # Errors
     /// Empty or reversed ranges, a degree of zero, or not more control points than the degree.
@@ -115,8 +115,8 @@ impl<S: Scalar, const D: usize> FfdBox<S, D> {
     /// A box with any undeformed control points (arrays, or `nalgebra` points or vectors), first direction fastest.
     ///
     /// # Errors
-    /// As [`rectangular`](Self::rectangular), a wrong number of control points, one that is not finite, or a net that is
-    /// folded.
+    /// As [`rectangular`](Self::rectangular), a wrong number of control points, one that is not finite, or a net that
+    /// is folded.
     pub fn from_control_points(
         points: Vec<impl Into<[S; D]>>,
         counts: [usize; D],

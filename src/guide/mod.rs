@@ -2,14 +2,15 @@
 //!
 //! * [`architecture`]: the crate on one page, with the picture of who may import whom;
 //! * [`flow`]: the flow solver as formulas, with the names of the fields beside the symbols;
-//! * [`recipes`]: to change the transition condition, add a closure, an unknown, an output, a constraint, a solver: which
-//!   files to touch;
+//! * [`recipes`]: to change the transition condition, add a closure, an unknown, an output, a constraint, a solver:
+//!   which files to touch;
 //! * [`changes`]: what moved, and how to follow.
 //!
 //! Programs to start from stand in `validation/examples/`; `cargo run --example NAME` runs one:
 //!
 //! * `own_objective`: an objective of your own, minimised through [`Problem`](crate::design::Problem);
-//! * `flow_gradients`: the flow at one operating point and its derivatives, compared with shapes that have really moved;
+//! * `flow_gradients`: the flow at one operating point and its derivatives, compared with shapes that have really
+//!   moved;
 //! * `dual_section`: a section over dual numbers;
 //! * `argmin_solver`: a solver of `argmin` on a design problem of the crate.
 //!

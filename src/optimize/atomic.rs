@@ -39,6 +39,14 @@ pub(crate) fn directory(path: &Path) -> &Path {
     }
 }
 
+/// The error of the operating system alone: `tempfile` adds the name of the temporary file, which tells a user nothing.
+fn without_name(error: io::Error) -> io::Error {
+    match error.to_string().split_once(" at path \"") {
+        Some((reason, _)) => io::Error::new(error.kind(), reason),
+        None => error,
+    }
+}
+
 /// Writes a temporary file beside `path` and sees it onto the disk; it vanishes unless it is renamed to `path`.
 pub(crate) fn stage(
     path: &Path,
@@ -49,7 +57,7 @@ pub(crate) fn stage(
     // temporary files are private by default; what they become is an ordinary file
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(directory(path))?;
+    let file = builder.tempfile_in(directory(path)).map_err(without_name)?;
     // tells that its writer lives; where the system cannot lock, nothing is swept either
     let _ = file.as_file().try_lock();
     let mut writer = BufWriter::new(file.as_file());

@@ -6,10 +6,10 @@ use crate::design::Problem;
 /// A row per evaluation, written as CSV text.
 ///
 /// Columns: `evaluation, iteration, objective`, every constraint and further value once, by name,
-/// `max_constraint_violation, gradient_norm, step, seconds, kind`. The kind is `start`, `trial` (a step that an iteration
-/// tries), `sample` (a neighbouring design from which the curvature is read) or `failed`. A failed evaluation leaves
-/// its numbers empty, as does a number that is not finite. Numbers have the shortest digits that give the same `f64`
-/// when read back.
+/// `max_constraint_violation, gradient_norm, step, seconds, kind`. The kind is `start`, `trial` (a step that an
+/// iteration tries), `sample` (a neighbouring design from which the curvature is read) or `failed`. A failed evaluation
+/// leaves its numbers empty, as does a number that is not finite. Numbers have the shortest digits that give the same
+/// `f64` when read back.
 #[derive(Debug, Clone)]
 pub struct History {
     header: Vec<String>,
@@ -46,12 +46,23 @@ impl HistoryRow {
     }
 
     fn kind(&self) -> &'static str {
-        match (self.failed(), self.sampling, self.evaluation) {
-            (true, ..) => "failed",
-            (_, true, _) => "sample",
-            (.., 1) => "start",
-            _ => "trial",
-        }
+        kind(self.failed(), self.sampling, self.evaluation)
+    }
+}
+
+impl Progress<'_> {
+    /// The kind of the evaluation in one word: `"start"`, `"trial"`, `"sample"` or `"failed"`.
+    pub fn kind(&self) -> &'static str {
+        kind(self.result.is_err(), self.sampling, self.evaluation)
+    }
+}
+
+fn kind(failed: bool, sampling: bool, evaluation: usize) -> &'static str {
+    match (failed, sampling, evaluation) {
+        (true, ..) => "failed",
+        (_, true, _) => "sample",
+        (.., 1) => "start",
+        _ => "trial",
     }
 }
 

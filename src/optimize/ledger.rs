@@ -4,6 +4,7 @@
 use super::kkt::{Iterate, Optimality, optimality};
 use super::optimizer::Limits;
 use super::outcome::{OptimizeError, Outcome, Progress, Termination};
+use super::trend::{Trend, standing};
 use super::vector::distance;
 use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
@@ -33,6 +34,7 @@ pub(super) struct Ledger<'a> {
     feasibility: f64,
     begun: Instant,
     best: Option<(Vec<f64>, Evaluation)>,
+    trend: Trend,
     evaluations: usize,
     failures: usize,
     hessians: usize,
@@ -57,6 +59,7 @@ impl<'a> Ledger<'a> {
             feasibility: 0.0,
             begun: Instant::now(),
             best: None,
+            trend: Trend::default(),
             evaluations: 0,
             failures: 0,
             hessians: 0,
@@ -146,10 +149,6 @@ impl<'a> Ledger<'a> {
             }
             None => verdict,
         };
-        if self.failures > 0 && status != Termination::Failed {
-            let plural = if self.failures == 1 { "analysis" } else { "analyses" };
-            message += &format!(" {} {plural} failed on the way (latest: {}).", self.failures, self.last_failure);
-        }
         let (x, evaluation) = match self.best {
             Some((x, evaluation)) => (x, Some(evaluation)),
             None => (self.problem.description().start.to_vec(), None),
@@ -161,6 +160,18 @@ impl<'a> Ledger<'a> {
             ),
             None => (Optimality::unknown(), f64::NAN),
         };
+        let cut = [Termination::EvaluationLimit, Termination::IterationLimit, Termination::Interrupted];
+        if cut.contains(&status) && evaluation.is_some() {
+            // at the limit of iterations the methods for constraints have said it
+            if self.halt.is_some() || self.problem.description().constraint_names.is_empty() {
+                message += &standing(optimality.residual, violation);
+            }
+            message += &self.trend.words(self.evaluations, self.feasibility);
+        }
+        if self.failures > 0 && status != Termination::Failed {
+            let plural = if self.failures == 1 { "analysis" } else { "analyses" };
+            message += &format!(" {} {plural} failed on the way (latest: {}).", self.failures, self.last_failure);
+        }
         Outcome {
             status,
             message,
@@ -235,6 +246,8 @@ impl Ledger<'_> {
         if let Ok(evaluation) = &result
             && improved
         {
+            let violation = evaluation.violation(&self.problem.description().constraint_bounds);
+            self.trend.note(self.evaluations, evaluation.objective, violation);
             self.best = Some((x.to_vec(), evaluation.clone()));
         }
         let (violation, gradient_norm) = match &result {

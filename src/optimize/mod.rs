@@ -2,7 +2,8 @@
 //!
 //! * [`Lbfgs`]: limited-memory BFGS on [`argmin`], for problems without constraints; first derivatives only;
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
-//! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives only;
+//! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives
+//!   only;
 //! * [`Sqp`]: sequential quadratic programming in a trust region, with the curvature sampled from exact gradients: the
 //!   fewest iterations where many directions matter little;
 //! * [`Method`]: any of them behind one type, as a case file names it;
@@ -71,6 +72,7 @@ mod slsqp;
 mod sqp;
 #[cfg(test)]
 mod testcases;
+mod trend;
 mod trust_region;
 mod vector;
 mod verdict;

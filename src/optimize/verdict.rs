@@ -4,6 +4,7 @@ use super::engineering::engineering;
 use super::kkt::{ActiveBound, Iterate, opposition, reached};
 use super::ledger::Ledger;
 use super::outcome::Termination;
+use super::trend::standing;
 use super::vector::norm;
 use crate::design::{Bounds, Problem};
 
@@ -49,7 +50,8 @@ pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     message
 }
 
-/// The constraints and bounds that hold the design: the constraints, strongest first, with what they cost, and the bounds of variables.
+/// The constraints and bounds that hold the design: the constraints, strongest first, with what they cost, and the
+/// bounds of variables.
 fn holding(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let bounds = &ledger.description().constraint_bounds;
     let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);
@@ -113,8 +115,9 @@ fn held_variables(ledger: &Ledger<'_>, point: &Iterate) -> Option<String> {
 /// The iterations are used up; `point` is handed out.
 pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String {
     format!(
-        "Stopped at the limit of {} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
-        ledger.iteration, point.optimality.residual, point.violation
+        "Stopped at the limit of {} iterations before a tolerance was met.{}",
+        ledger.iteration,
+        standing(point.optimality.residual, point.violation)
     )
 }
 

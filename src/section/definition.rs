@@ -33,8 +33,8 @@ pub enum SectionDefinition {
 }
 
 impl SectionDefinition {
-    /// Reads `naca2412`, `naca0012:sharp`, `naca23012:blunt`, `kulfan:upper=0.1,0.2/lower=-0.1,-0.2` (also `/gap=0.002`,
-    /// `/class=0.5,1.0`) or the path of a coordinate file.
+    /// Reads `naca2412`, `naca0012:sharp`, `naca23012:blunt`, `kulfan:upper=0.1,0.2/lower=-0.1,-0.2` (also
+    /// `/gap=0.002`, `/class=0.5,1.0`) or the path of a coordinate file.
     ///
     /// NACA sections are blunt unless told otherwise, as printed in the reports.
     ///

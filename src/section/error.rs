@@ -259,6 +259,19 @@ pub enum CoordinateError {
         /// Number of points found.
         found: usize,
     },
+    /// A Lednicer header that divides the points elsewhere than they are divided.
+    #[error(
+        "line {line}: the second surface begins here, after {} points, with {} more; the header announces {} and {}",
+        found[0], found[1], announced[0], announced[1]
+    )]
+    Split {
+        /// Line of the first point of the second surface.
+        line: usize,
+        /// Numbers of points that the header announces for the surfaces.
+        announced: [usize; 2],
+        /// Numbers of points of the surfaces.
+        found: [usize; 2],
+    },
     /// A file with several elements, of which none was chosen.
     #[error(
         "the file holds {} elements, which begin in lines {}; choose one with --element N (or `element = N`)",
@@ -369,7 +382,8 @@ fn figures(length: f64) -> String {
 fn columns(found: usize) -> String {
     match found {
         1 => "a single number, wanted two (x and y)".into(),
-        3 => "3 numbers, wanted two (x and y); a third column is left out where it is constant or counts the points"
+        3 => "3 numbers, wanted two (x and y), or x and the ordinates of the upper and the lower side at increasing x; a \
+              third column is left out where it is constant or counts the points"
             .into(),
         _ => format!("{found} numbers, wanted two (x and y)"),
     }

@@ -174,8 +174,9 @@ impl<S: Scalar> CamberLine<S> {
         self.slope_integral([1.0, 1.0, -2.0])
     }
 
-    /// `∫ y' (w0 + w1 cos θ + w2 cos² θ) dθ` over the chord, in closed form: the slope `y'` of [`ordinate`](Self::ordinate) is
-    /// a polynomial in `cos θ` on either side of `m`. Its coefficients are checked against the slopes of [`at`](Self::at).
+    /// `∫ y' (w0 + w1 cos θ + w2 cos² θ) dθ` over the chord, in closed form: the slope `y'` of
+    /// [`ordinate`](Self::ordinate) is a polynomial in `cos θ` on either side of `m`. Its coefficients are checked
+    /// against the slopes of [`at`](Self::at).
     fn slope_integral(&self, weight: [f64; 3]) -> S {
         let rest = self.ratio * (-self.m + 1.0).powi(3) + self.m.powi(3);
         // x − m = (c − cos θ)/2 with c = 1 − 2m

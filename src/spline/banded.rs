@@ -9,7 +9,8 @@ pub(super) type BandRow = (usize, Vec<f64>);
 /// LU factors, with row exchanges, of a square banded matrix.
 #[derive(Debug, Clone)]
 pub(super) struct BandedFactors {
-    /// Entry `(i, j)` stands at `i * width + j + lower - i`; the columns right of the band take the fill-in of exchanges.
+    /// Entry `(i, j)` stands at `i * width + j + lower - i`; the columns right of the band take the fill-in of
+    /// exchanges.
     entries: Vec<f64>,
     /// The row with which row `k` was exchanged at step `k`.
     exchanges: Vec<usize>,

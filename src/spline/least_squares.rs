@@ -153,12 +153,13 @@ pub fn fit<S: Scalar, const D: usize>(
 /// A least-squares curve of some degree with as many knots as it takes to pass every point, at its parameter, within
 /// `tolerance` (in units of the points).
 ///
-/// The knots follow from the real parts of the points. The fit starts without inner knots and halves, at each pass, every span that holds a point further off than the tolerance.
-/// Where too few points are in those spans to divide them further, the curve interpolates all points instead.
+/// The knots follow from the real parts of the points. The fit starts without inner knots and halves, at each pass,
+/// every span that holds a point further off than the tolerance. Where too few points are in those spans to divide them
+/// further, the curve interpolates all points instead.
 ///
 /// # Errors
-/// [`SplineError::ToleranceNotReached`] where even the interpolating curve is further off, by round-off; otherwise those
-/// of [`fit`].
+/// [`SplineError::ToleranceNotReached`] where even the interpolating curve is further off, by round-off; otherwise
+/// those of [`fit`].
 pub fn fit_to_tolerance<S: Scalar, const D: usize>(
     parameters: &[f64],
     points: &[impl Into<[S; D]> + Copy],

@@ -133,8 +133,8 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// ```
     ///
     /// # Errors
-    /// A point that is not finite; [`SplineError::NoDerivative`] where derivatives are wanted and the given point is the
-    /// centre of curvature of the nearest one.
+    /// A point that is not finite; [`SplineError::NoDerivative`] where derivatives are wanted and the given point is
+    /// the centre of curvature of the nearest one.
     pub fn closest_point(&self, point: impl Into<[S; D]>) -> Result<ClosestPoint<S, D>, SplineError> {
         let point = point.into();
         let centre = point.map(|c| c.re());

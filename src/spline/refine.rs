@@ -85,8 +85,8 @@ pub(super) fn apply<S: Scalar, const D: usize>(
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// This curve with the knot `u` inserted `times` more times.
     ///
-    /// The control points may be of any scalar; `u` is a plain number, as all knots are, because a moving knot would make
-    /// the curve nonlinear in what it is built from.
+    /// The control points may be of any scalar; `u` is a plain number, as all knots are, because a moving knot would
+    /// make the curve nonlinear in what it is built from.
     ///
     /// # Errors
     /// `u` outside of the domain, or a knot that would stand more often than the degree.
@@ -119,7 +119,8 @@ impl<S: Scalar, const P: usize, const D: usize> TensorSpline<S, P, D> {
     /// This spline with more knots along one axis (counted from 0), in any order.
     ///
     /// # Errors
-    /// An axis that the spline does not have, a knot outside of the domain, or one that would stand more often than the degree.
+    /// An axis that the spline does not have, a knot outside of the domain, or one that would stand more often than the
+    /// degree.
     pub fn refine(&self, axis: usize, knots: &[f64]) -> Result<Self, SplineError> {
         let old = self.axes().get(axis).ok_or(SplineError::NoSuchAxis { axis, axes: P })?;
         let new = merged(old, knots)?;

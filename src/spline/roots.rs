@@ -3,8 +3,9 @@
 /// Visits intervals of [0, 1] that hold the roots of a polynomial given by Bernstein coefficients.
 ///
 /// Each interval holds one change of sign (Descartes' rule of signs in the Bernstein basis), from negative to positive
-/// where the third argument is true; or, for a multiple root or one at a point of subdivision, it is a single point. Coefficients no larger than `noise` count as zero; where all are zero
-/// nothing is visited. The order is not that of the roots. Roots at 0 and 1 themselves may be left out.
+/// where the third argument is true; or, for a multiple root or one at a point of subdivision, it is a single point.
+/// Coefficients no larger than `noise` count as zero; where all are zero nothing is visited. The order is not that of
+/// the roots. Roots at 0 and 1 themselves may be left out.
 pub(super) fn isolate(coefficients: &[f64], noise: f64, mut visit: impl FnMut(f64, f64, bool)) {
     let mut stack = vec![(0.0, 1.0, coefficients.to_vec())];
     // as many halvings as all roots need that a polynomial can have; more are the work of round-off

@@ -7,7 +7,8 @@ use crate::scalar::Scalar;
 impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
     /// The two curves before and after a parameter strictly inside of the domain; each keeps its parameters.
     ///
-    /// The control points may be of any scalar; `u` becomes a knot of both curves, and is a plain number as all knots are.
+    /// The control points may be of any scalar; `u` becomes a knot of both curves, and is a plain number as all knots
+    /// are.
     ///
     /// # Errors
     /// `u` not strictly inside of the domain.

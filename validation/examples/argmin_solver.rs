@@ -1,7 +1,8 @@
 //! A solver of `argmin` on a design problem of the crate.
 //!
 //! The built-in case `l2-match` fits the shape of one section to another by a free-form deformation box. Its problem is
-//! handed to BFGS of `argmin` by an adapter of a few lines, and the answer is compared with that of the crate's own method.
+//! handed to BFGS of `argmin` by an adapter of a few lines, and the answer is compared with that of the crate's own
+//! method.
 //!
 //! `cargo run --example argmin_solver`
 

@@ -1,7 +1,8 @@
 //! A section over dual numbers: every measure of it comes with its derivatives.
 //!
-//! The NACA 2412 is built from dual numbers for its thickness and camber. First derivatives of all measures come from one
-//! build; second ones need another kind of number and no other code. A free-form deformation box carries them further.
+//! The NACA 2412 is built from dual numbers for its thickness and camber. First derivatives of all measures come from
+//! one build; second ones need another kind of number and no other code. A free-form deformation box carries them
+//! further.
 //!
 //! `cargo run --example dual_section`
 

@@ -1,8 +1,8 @@
 //! One operating point of a section with the exact derivatives of its coefficients.
 //!
 //! The derivatives by the nodes of the section, multiplied by how the nodes move, are the derivatives by any shape
-//! parameter. Here that parameter is the height of a bump on the upper side. The derivatives are compared with flows about
-//! sections that have really been bumped, and turned.
+//! parameter. Here that parameter is the height of a bump on the upper side. The derivatives are compared with flows
+//! about sections that have really been bumped, and turned.
 //!
 //! `cargo run --example flow_gradients`
 

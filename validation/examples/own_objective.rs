@@ -1,8 +1,8 @@
 //! An objective of your own, minimised by an optimiser of the crate.
 //!
 //! The drag of a section is to fall while its lift is held, its area stays, and its thickness at 80 % of the chord is
-//! what a structure needs. The variables are six Kulfan coefficients. The objective, drag plus a price on the moment that
-//! the tail has to balance, is none that a case file knows: it is a type that implements `Problem`.
+//! what a structure needs. The variables are six Kulfan coefficients. The objective, drag plus a price on the moment
+//! that the tail has to balance, is none that a case file knows: it is a type that implements `Problem`.
 //!
 //! `cargo run --example own_objective`
 

@@ -200,7 +200,8 @@ impl Scan {
     }
 }
 
-/// Least-squares polynomial of the drag of `points` over −1 … 1 by orthogonalisation: what is left (root mean square), slope at 0.
+/// Least-squares polynomial of the drag of `points` over −1 … 1 by orthogonalisation: what is left (root mean square),
+/// slope at 0.
 fn polynomial(points: &[[f64; 4]], degree: usize) -> (f64, f64) {
     let mut rest: Vec<f64> = points.iter().map(|p| p[1]).collect();
     let mut slope = 0.0;

@@ -43,7 +43,8 @@ pub struct LineFigure {
     pub annotations: Vec<Annotation>,
     /// Horizontal lines with a name; the axis is not stretched for them.
     pub levels: Vec<Annotation>,
-    /// Ends of the vertical axis, where it is not to hold all points; dots beyond it are shown as triangles at its edge.
+    /// Ends of the vertical axis, where it is not to hold all points; dots beyond it are shown as triangles at its
+    /// edge.
     pub y_range: Option<[f64; 2]>,
 }
 

@@ -3,8 +3,8 @@
 use crate::flow::{Attempt, Coefficients, Derivatives, Incidence, InviscidSolution, Solution, Status};
 use serde::Serialize;
 
-/// A viscous flow. The coefficients of a flow that was not found are `None`; those of a flow beyond the model are there,
-/// flagged.
+/// A viscous flow. The coefficients of a flow that was not found are `None`; those of a flow beyond the model are
+/// there, flagged.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AnalysisReport {
     /// Whether the numbers hold.
@@ -95,6 +95,11 @@ impl AnalysisReport {
             gradients: None,
             nodes: None,
         }
+    }
+
+    /// The report with the angle of attack as it was asked for, in degrees: that of the solution went through radians.
+    pub fn at_angle(self, alpha: f64) -> Self {
+        Self { alpha, ..self }
     }
 
     /// The report of a point that has no flow, for the reason given; `alpha` is in degrees.

@@ -1,5 +1,6 @@
 //! One evaluation of a case, and the list of cases.
 
+use super::named::without_value;
 use super::run::constraint_reports;
 use super::{ConstraintReport, Named, identifiers};
 use crate::case::{Case, CaseEvaluation};
@@ -13,11 +14,14 @@ pub struct EvaluationReport {
     pub variables: Named<f64>,
     /// The objective.
     pub objective: f64,
-    /// Every quantity of objective, constraints and report.
-    pub values: Named<f64>,
-    /// Derivatives of every value in every variable, by the names of both; absent where they were not asked for.
+    /// Every quantity of objective, constraints and report; `None` for one that is only reported and has no value.
+    pub values: Named<Option<f64>>,
+    /// The reason for every quantity that has no value.
+    pub without_value: Named<String>,
+    /// Derivatives of every value in every variable, by the names of both; absent where they were not asked for, `None`
+    /// for a quantity that is only reported and has none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gradients: Option<Named<Named<f64>>>,
+    pub gradients: Option<Named<Option<Named<f64>>>>,
     /// Smallest fold indicator of the box; `None` without a box.
     pub min_fold_indicator: Option<f64>,
     /// Whether the box has folded; `None` without a box.
@@ -65,14 +69,17 @@ impl EvaluationReport {
         let by_variable = |of: &dyn Fn(&Variable) -> f64| {
             Named::new(variables.iter().map(|v| v.name.as_str()), variables.iter().map(of))
         };
-        let value = |name: &String| names.iter().position(|n| n == name).map(|k| evaluation.values[k]);
+        let numbers: Vec<Option<f64>> = evaluation.values.iter().map(|value| value.as_ref().ok().copied()).collect();
+        let value = |name: &String| names.iter().position(|n| n == name).and_then(|k| numbers[k]);
+        let slopes = |g: &Option<Vec<f64>>| g.as_ref().map(|g| Named::by_variable(&case.problem, g));
         let constrained: Vec<Option<f64>> = description.constraint_names.iter().map(value).collect();
         let gradients = evaluation.gradients.as_ref();
         Self {
             variables: Named::by_variable(&case.problem, &evaluation.variables),
             objective: evaluation.objective,
-            values: Named::new(names, evaluation.values.iter().copied()),
-            gradients: gradients.map(|g| Named::new(names, g.iter().map(|g| Named::by_variable(&case.problem, g)))),
+            values: Named::new(names, numbers),
+            without_value: without_value(names, &evaluation.values),
+            gradients: gradients.map(|g| Named::new(names, g.iter().map(slopes))),
             min_fold_indicator: evaluation.fold.map(|f| f.smallest_indicator),
             folded: evaluation.fold.map(|f| f.folded),
             self_intersecting: evaluation.self_intersecting,

@@ -9,8 +9,8 @@
 //!
 //! All of them serialise with `serde_json`. Lengths are in chords, angles in degrees where the field says so. A number
 //! that is infinite or undefined becomes `null`, as does a missing one. Keys keep their order. Quantities and variables
-//! stand under the names they have in case files, such as `cm_at(cruise)` or `dx[1,2]`; the key `identifiers` gives each
-//! of them a name that programming languages accept, such as `cm_at_cruise` or `dx_1_2`.
+//! stand under the names they have in case files, such as `cm_at(cruise)` or `dx[1,2]`; the key `identifiers` gives
+//! each of them a name that programming languages accept, such as `cm_at_cruise` or `dx_1_2`.
 //!
 //! ```
 //! use aeroform::case::Case;

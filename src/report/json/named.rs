@@ -1,6 +1,6 @@
 //! JSON objects whose keys are names.
 
-use crate::design::DesignProblem;
+use crate::design::{DesignError, DesignProblem};
 use serde::{Serialize, Serializer};
 
 /// A JSON object from names to values that keeps the order of its entries.
@@ -58,6 +58,14 @@ pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Named<String
         all.push((name.to_string(), own));
     }
     Named(all)
+}
+
+/// The reasons of the quantities that have no value, by name.
+pub(super) fn without_value(names: &[String], values: &[Result<f64, DesignError>]) -> Named<String> {
+    let reason = |(name, value): (&String, &Result<f64, DesignError>)| {
+        value.as_ref().err().map(|error| (name.clone(), error.to_string()))
+    };
+    Named(names.iter().zip(values).filter_map(reason).collect())
 }
 
 impl<T: Serialize> Serialize for Named<T> {

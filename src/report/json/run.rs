@@ -1,5 +1,6 @@
 //! `result.json`: the end of a run.
 
+use super::named::without_value;
 use super::{Named, identifiers};
 use crate::case::{Case, CaseOutcome};
 use crate::design::{Problem, ProblemDescription};
@@ -27,8 +28,11 @@ pub struct RunReport {
     pub seconds: f64,
     /// Objective of the best design; `None` where the start could not be evaluated.
     pub objective: Option<f64>,
-    /// Value of every quantity of objective, constraints and report at the best design.
+    /// Value of every quantity of objective, constraints and report at the best design; `None` for one without. Where
+    /// no evaluation succeeded these are the values at the start that could be found.
     pub values: Named<Option<f64>>,
+    /// The reason for every quantity that has no value at the best design.
+    pub without_value: Named<String>,
     /// The constraints by the name of their quantity.
     pub constraints: Named<ConstraintReport>,
     /// How far the best design is from the first-order conditions: see
@@ -99,14 +103,22 @@ impl RunReport {
     pub fn new(case: &Case, end: &CaseOutcome) -> Self {
         let (outcome, problem) = (&end.outcome, case.problem.description());
         let evaluation = outcome.evaluation.as_ref();
-        let constrained: Vec<Option<f64>> =
-            (0..problem.constraint_names.len()).map(|k| evaluation.map(|e| e.constraints[k])).collect();
         let start = case.problem.start_values();
         // a start without a value is no error of a run that went on from there
-        let initial = case.problem.values_at(&start);
+        let initial: Vec<Option<f64>> = case.problem.values_at(&start).into_iter().map(Result::ok).collect();
         let weighted = initial.iter().zip(case.problem.objective_weights()).filter(|(_, weight)| **weight != 0.0);
         let initial_objective = weighted.map(|(value, weight)| Some((*value)? * weight)).sum();
         let names = &problem.value_names;
+        // found again only where a value is lacking: for the reason, and for the others where the evaluation failed
+        let known = evaluation.map(|e| e.values.as_slice()).unwrap_or_default();
+        let lacking = evaluation.is_none() || known.iter().any(|v| !v.is_finite());
+        let alone = if lacking { case.problem.values_at(&end.variables) } else { Vec::new() };
+        let at_end: Vec<Option<f64>> = match evaluation {
+            Some(_) => known.iter().map(|v| v.is_finite().then_some(*v)).collect(),
+            None => alone.iter().map(|v| v.as_ref().ok().copied()).collect(),
+        };
+        let value = |name: &String| names.iter().position(|n| n == name).and_then(|k| at_end[k]);
+        let constrained: Vec<Option<f64>> = problem.constraint_names.iter().map(value).collect();
         let values = |of: &dyn Fn(usize) -> Option<f64>| Named::new(names, (0..names.len()).map(of));
         Self {
             case: case.name.clone(),
@@ -118,7 +130,8 @@ impl RunReport {
             iterations: outcome.iterations,
             seconds: outcome.seconds,
             objective: evaluation.map(|e| e.objective),
-            values: values(&|k| evaluation.map(|e| e.values[k])),
+            values: values(&|k| at_end[k]),
+            without_value: without_value(names, &alone),
             constraints: constraint_reports(problem, &constrained, &outcome.multipliers),
             kkt_residual: outcome.kkt_residual,
             variables: Named::by_variable(&case.problem, &end.variables),

@@ -14,8 +14,8 @@ pub struct SectionReport {
     pub measures: Named<Option<f64>>,
     /// Centroid of the area; `None` where the area vanishes.
     pub centroid: Option<[f64; 2]>,
-    /// Unit of the lengths above and of the control points: `"chord"` for a section that is made by name, else the unit of
-    /// the file, by its symbol where it was given.
+    /// Unit of the lengths above and of the control points: `"chord"` for a section that is made by name, else the unit
+    /// of the file, by its symbol where it was given.
     pub length_unit: String,
     /// A sentence for everything that was mended in the file of the section.
     pub repairs: Vec<String>,
@@ -110,8 +110,8 @@ fn is_normalized(coordinates: &Coordinates) -> bool {
     coordinates.repairs().iter().any(|repair| matches!(repair, Repair::Normalized { .. }))
 }
 
-/// A sentence for everything that was mended in the points of a file, beginning with the name of the section; empty where
-/// nothing was.
+/// A sentence for everything that was mended in the points of a file, beginning with the name of the section; empty
+/// where nothing was.
 pub fn repairs(definition: &SectionDefinition) -> Vec<String> {
     definition.repairs().iter().map(|repair| format!("{}: {repair}", definition.name())).collect()
 }

@@ -61,7 +61,8 @@ pub(super) struct Plan {
     pub deviation: Deviation,
 }
 
-/// Turns sharper than this (radians) at the end of a straight side are edges, rounded by a small fraction of the extent.
+/// Turns sharper than this (radians) at the end of a straight side are edges, rounded by a small fraction of the
+/// extent.
 const EDGE: f64 = 0.08;
 /// Size of the rounding of an edge, as a share of the extent.
 const ROUNDING: f64 = 0.002;
@@ -218,8 +219,8 @@ pub(super) fn turn(points: &[[f64; 2]], i: usize) -> f64 {
     cross(a, b).abs().atan2(dot(a, b))
 }
 
-/// Shares of the way along a side at which data are laid, denser towards the ends where the curve goes on smoothly, from
-/// a given distance on.
+/// Shares of the way along a side at which data are laid, denser towards the ends where the curve goes on smoothly,
+/// from a given distance on.
 fn graded(length: f64, before: Option<f64>, behind: Option<f64>) -> impl Iterator<Item = f64> {
     let shares = |first: Option<f64>| {
         let mut shares = Vec::new();

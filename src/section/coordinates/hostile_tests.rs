@@ -176,3 +176,141 @@ fn points_in_memory_are_counted_from_one() {
     let small = CoordinateError::Unfinished { line: 1, distance: 1.2345e-5 };
     assert_eq!(small.to_string(), "line 1: the outline ends 1.23e-5 short of the trailing edge; points are missing");
 }
+
+/// Sections of several families, cosine-spaced or as the knots lie, in so many points.
+fn healthy(count: usize) -> impl Iterator<Item = Vec<[f64; 2]>> {
+    ["naca4412", "naca0012", "naca23012", "naca6309", "kulfan:upper=0.1,0.3/lower=-0.2,0.1"]
+        .into_iter()
+        .map(move |name| SectionDefinition::parse(name).unwrap().section().unwrap().points(count))
+}
+
+/// Whether a file is refused, or something is said of points that are off the others.
+fn noticed(points: &[[f64; 2]]) -> bool {
+    let Ok(read) = Coordinates::from_points("", points) else { return true };
+    let told = |repair: &Repair| {
+        matches!(
+            repair,
+            Repair::SpikeDropped { .. }
+                | Repair::SpikeSuspected { .. }
+                | Repair::StepSuspected { .. }
+                | Repair::StrayDropped { .. }
+                // an end that is moved far across stands on an upright side, as a base does
+                | Repair::BasePointDropped { .. }
+                | Repair::Sorted { .. }
+        )
+    };
+    read.section().is_err() || read.repairs().iter().any(told)
+}
+
+#[test]
+fn spikes_on_sparse_outlines_are_noticed() {
+    let (mut missed, mut all) = (0, 0);
+    for points in [25, 33, 41, 51].into_iter().flat_map(healthy) {
+        assert!(!noticed(&points), "{} points", points.len());
+        for index in 1..points.len() - 1 {
+            for shift in [-0.02, 0.02] {
+                let mut spoilt = points.clone();
+                spoilt[index][1] += shift;
+                missed += usize::from(!noticed(&spoilt));
+                all += 1;
+            }
+        }
+    }
+    // a nose point that is moved across gives another nose, no spike
+    assert!(50 * missed <= all, "{missed} of {all}");
+}
+
+#[test]
+fn ends_off_the_others_are_noticed() {
+    for points in [33, 51, 99, 161].into_iter().flat_map(healthy) {
+        assert!(!noticed(&points), "{} points", points.len());
+        for index in [0, points.len() - 1] {
+            for shift in [-0.02, 0.02] {
+                let mut spoilt = points.clone();
+                spoilt[index][1] += shift;
+                assert!(noticed(&spoilt), "{} points, {index}, {shift}", points.len());
+            }
+        }
+    }
+}
+
+#[test]
+fn runs_of_shifted_points_are_noticed() {
+    let (mut missed, mut all) = (0, 0);
+    for points in [51, 99, 161].into_iter().flat_map(healthy) {
+        for size in [4, 7, 12] {
+            for first in (1..points.len() - size - 1).step_by(3) {
+                for shift in [-0.02, 0.02] {
+                    let mut spoilt = points.clone();
+                    spoilt[first..first + size].iter_mut().for_each(|p| p[1] += shift);
+                    missed += usize::from(!noticed(&spoilt));
+                    all += 1;
+                }
+            }
+        }
+    }
+    assert!(20 * missed <= all, "{missed} of {all}");
+    // the place is told
+    let mut spoilt = naca();
+    spoilt[10..16].iter_mut().for_each(|p| p[1] += 0.02);
+    let read = Coordinates::from_points("", &spoilt).unwrap();
+    let step = read.repairs().iter().find_map(|r| match r {
+        Repair::StepSuspected { count, line, distance } => Some((*count, *line, *distance)),
+        _ => None,
+    });
+    let Some((2, 11, distance)) = step else { panic!("{:?}", read.repairs()) };
+    assert!((distance - 0.02).abs() < 0.005, "{distance}");
+}
+
+#[test]
+fn tables_of_both_sides_are_read_as_sections() {
+    let points = naca();
+    let dense = SectionDefinition::parse("naca4412").unwrap().section().unwrap();
+    let row = |x: f64| {
+        // ordinates of both sides at equal x
+        let side = |points: &[[f64; 2]]| {
+            let k = (1..points.len()).find(|&k| (points[k - 1][0] - x) * (points[k][0] - x) <= 0.0).unwrap();
+            let ([a, ya], [b, yb]) = (points[k - 1], points[k]);
+            ya + (yb - ya) * (x - a) / (b - a)
+        };
+        let fine = dense.points(2001);
+        let nose = (0..fine.len()).min_by(|&i, &j| fine[i][0].total_cmp(&fine[j][0])).unwrap();
+        [x, side(&fine[..=nose]), side(&fine[nose..])]
+    };
+    let table: Vec<[f64; 3]> = (0..=40)
+        .map(|k| row(1e-3 + 0.998 * 0.5 * (1.0 - (f64::from(k) * std::f64::consts::PI / 40.0).cos())))
+        .collect();
+    let text = |of: &dyn Fn(&[f64; 3]) -> String| table.iter().map(of).collect::<String>();
+    for text in [
+        format!("wing\nx upper lower\n{}", text(&|[x, u, l]| format!("{x:.6} {u:.6} {l:.6}\n"))),
+        format!("wing\n41\n{}", text(&|[x, u, l]| format!("{x:.6} {l:.6} {u:.6}\n"))),
+        format!("wing\n{}", table.iter().rev().map(|[x, u, l]| format!("{x:.6};{u:.6};{l:.6}\n")).collect::<String>()),
+    ] {
+        let read = parse(&text).unwrap();
+        assert_eq!((read.name(), read.points().len()), ("wing", 82), "{:?}", read.repairs());
+        assert!(read.repairs().iter().any(|r| matches!(r, Repair::SidesInColumns { .. })), "{:?}", read.repairs());
+        let section = read.section().unwrap();
+        assert!((section.area() / dense.area() - 1.0).abs() < 5e-3, "{}", section.area());
+        assert!(section.camber().unwrap() > 0.035);
+    }
+    // three numbers that are no such table
+    let spatial: String = points.iter().map(|[x, y]| format!("{x} {y} {}\n", 0.1 * x)).collect();
+    let error = parse(&spatial).unwrap_err();
+    assert!(error.to_string().contains("upper and the lower side"), "{error}");
+}
+
+#[test]
+fn headers_that_divide_the_points_wrongly_are_refused() {
+    let points = naca();
+    let text = |upper: usize, lower: usize| {
+        let first: Vec<_> = points[..50].iter().rev().copied().collect();
+        format!("t\n{upper} {lower}\n\n{}\n{}", file(first), file(points[49..].to_vec()))
+    };
+    assert_eq!(parse(&text(50, 50)).unwrap().points(), points);
+    for wrong in [20, 49, 51, 90] {
+        let error = parse(&text(wrong, 100 - wrong)).unwrap_err();
+        let split = CoordinateError::Split { line: 55, announced: [wrong, 100 - wrong], found: [50, 50] };
+        assert_eq!(error, split);
+        assert!(error.to_string().contains(&format!("announces {wrong} and {}", 100 - wrong)), "{error}");
+    }
+}

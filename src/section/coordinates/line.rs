@@ -123,10 +123,19 @@ pub(super) fn heads_columns(line: &str) -> bool {
     let named = |letter: char| names.iter().any(|name| name.starts_with(letter) && short(name));
     let known = |name: &&str| {
         (name.starts_with(['x', 'y', 'z', 'n', 'i', 'p', '#']) && short(name))
+            || is_side(name)
             || ["index", "point", "coord", "coords", "coordinate", "coordinates", "value", "no."].contains(name)
     };
     // the first line of a CSV file may name the separator
-    lower.trim().starts_with("sep=") || named('x') && (named('y') || named('z')) && names.iter().all(known)
+    lower.trim().starts_with("sep=")
+        || named('x') && (named('y') || named('z') || names.iter().any(|name| is_side(name))) && names.iter().all(known)
+}
+
+/// Whether a column has the name of a side: `upper`, `y_lower`, `y-upper/c`.
+fn is_side(name: &str) -> bool {
+    let name = name.trim_start_matches('y').trim_start_matches(['_', '-', '/', '(', '.']);
+    let rest = ["upper", "lower", "top", "bottom"].into_iter().find_map(|side| name.strip_prefix(side));
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['_', '-', '/', ')', '(']))
 }
 
 /// Whether a line heads the points of a camber line or of a chord, which are no part of the outline.
@@ -231,10 +240,12 @@ mod tests {
             "i x y",
             "X/C Y/C",
             "xu yu",
+            "x upper lower",
+            "x/c; y_upper; y_lower",
         ] {
             assert!(heads_columns(line), "{line}");
         }
-        for line in ["NACA 2412", "x-wing yawed", "extra 300", "clark y"] {
+        for line in ["lower surface", "x upper side of mine", "NACA 2412", "x-wing yawed", "extra 300", "clark y"] {
             assert!(!heads_columns(line), "{line}");
         }
         assert_eq!(labelled_count("51\tNum Pnts Upper"), Some(51));

@@ -1,6 +1,6 @@
 //! From the bytes of a coordinate file to numbered points.
 
-use super::columns::{self, Row};
+use super::columns::{self, Layout, Row};
 use super::elements::elements;
 use super::encoding::decode;
 use super::line::{Line, classify, heads_columns, heads_mean_line, heads_surface, labelled_count, symmetry_flag};
@@ -203,8 +203,12 @@ impl Table {
         let Scan { title, rows, breaks, counts: labelled, mut repairs, .. } = scan;
         let width = columns::usual_width(&rows);
         let data: Vec<Row> = rows.iter().filter(|row| row.fields.len() == width).cloned().collect();
-        let (picked, found) = columns::coordinates(&data, width)?;
+        let (layout, found) = columns::layout(&data, width)?;
         repairs.extend(found);
+        let picked = match layout {
+            Layout::Points(xy) => xy,
+            Layout::Sides([x, upper, _]) => [x, upper],
+        };
         let step = step(&data, picked);
         let whole = |row: &Row| row.fields.iter().all(|field| field.whole);
         let whole_first = data.iter().position(whole) == Some(0) && !data.iter().skip(1).any(whole);
@@ -233,6 +237,9 @@ impl Table {
                 table.add_odd(*line, fields, lines)?;
             }
         }
+        if let Layout::Sides([x, _, lower]) = layout {
+            table.add_lower_side(&data, [x, lower])?;
+        }
         Ok(table)
     }
 
@@ -240,6 +247,20 @@ impl Table {
         if !self.points.is_empty() && self.breaks.last() != Some(&self.points.len()) {
             self.breaks.push(self.points.len());
         }
+    }
+
+    /// Takes the second side of a table whose rows are points of both; the first has been taken.
+    fn add_lower_side(&mut self, rows: &[Row], picked: [usize; 2]) -> Result<(), CoordinateError> {
+        let upper = self.points.len();
+        // a count is one of rows
+        self.leading.retain(|(_, count)| *count != upper);
+        self.labelled.retain(|(_, count)| *count != upper);
+        self.breaks = vec![upper];
+        for Row { line, fields } in rows {
+            self.add(*line, picked.map(|c| fields[c].value))?;
+        }
+        self.surfaces = Some([upper, self.points.len() - upper]);
+        Ok(())
     }
 
     fn add(&mut self, line: usize, xy: [f64; 2]) -> Result<(), CoordinateError> {
@@ -418,9 +439,9 @@ impl Table {
     }
 }
 
-/// Unit of the last digit of the finer coordinate: stations along the chord are often whole percents, and exact. Zeros at
-/// the end may have been left out, so the most digits count; numbers with exponents have units of their own, of which the
-/// middle one counts.
+/// Unit of the last digit of the finer coordinate: stations along the chord are often whole percents, and exact. Zeros
+/// at the end may have been left out, so the most digits count; numbers with exponents have units of their own, of
+/// which the middle one counts.
 fn step(rows: &[Row], picked: [usize; 2]) -> f64 {
     let of_column = |c: usize| {
         let fields = || rows.iter().filter_map(move |row| row.fields.get(c));

@@ -79,12 +79,14 @@ fn rows(row: impl Fn(usize, f64, f64) -> String) -> String {
 #[test]
 fn tables_of_other_programs_are_read() {
     let plain = rows(|_, x, y| format!("{x} {y}"));
-    let cases: [(&str, &str, String); 17] = [
+    let cases: [(&str, &str, String); 19] = [
         ("x y z", "t", format!("t\n{}", rows(|_, x, y| format!("{x} {y} 0.5")))),
         ("x z y", "t", format!("t\n{}", rows(|_, x, y| format!("{x} -2 {y}")))),
         ("z x y, no title", "", rows(|_, x, y| format!("0.0 {x} {y}"))),
         ("counted", "t", format!("t\n{}", rows(|i, x, y| format!("{} {x} {y}", i + 1)))),
         ("counted, x y z", "t", format!("t\n{}", rows(|i, x, y| format!("{i} {x} {y} 0")))),
+        ("counted at the end", "t", format!("t\n{}", rows(|i, x, y| format!("{x} {y} {}", i + 1)))),
+        ("x y z, counted at the end", "t", format!("t\n{}", rows(|i, x, y| format!("{x} {y} 2.5 {i}")))),
         ("MSES, four numbers", "t", format!("t\n-2 3 -2.5 3.5\n{plain}")),
         ("ISES, five numbers", "t", format!("t\n-2. 3. -2.5 3.5 1\n{plain}")),
         ("MSES, separator at the end", "t", format!("t\n-2 3 -2.5 3.5\n{plain}999.0 999.0\n")),

@@ -15,6 +15,7 @@ mod point;
 mod repair;
 mod rounding;
 mod strays;
+mod wobbles;
 
 pub use curve::Deviation;
 pub use repair::Repair;
@@ -36,13 +37,13 @@ use strays::gaps;
 
 /// Points of a section in Selig order, read from a file or given, with a record of what was mended.
 ///
-/// *Selig*: an optional title, then the outline, a point `x y` per line, from the trailing edge round the nose and back.
-/// *Lednicer*: title, a line with the numbers of upper and lower points, then both surfaces from nose to tail. Also
-/// read: surfaces in either order or direction, two surfaces without a header, one count per surface, files of OpenVSP
-/// (`.af`), AeroDyn and OpenFAST, MSES and ISES (with its domain, and `999. 999.` between elements), tables of three
-/// columns one of which is constant or counts the points, commas, semicolons or tabs, decimal commas, quotation marks,
-/// comments (`#`, `!`, `%`), blank lines, any end of line, Fortran exponents, UTF-8, UTF-16 or Windows text, remarks at
-/// the end.
+/// *Selig*: an optional title, then the outline, a point `x y` per line, from the trailing edge round the nose and
+/// back. *Lednicer*: title, a line with the numbers of upper and lower points, then both surfaces from nose to tail.
+/// Also read: surfaces in either order or direction, two surfaces without a header, one count per surface, files of
+/// OpenVSP (`.af`), AeroDyn and OpenFAST, MSES and ISES (with its domain, and `999. 999.` between elements), tables of
+/// three columns one of which is constant or counts the points, or which are x and the ordinates of both sides, commas,
+/// semicolons or tabs, decimal commas, quotation marks, comments (`#`, `!`, `%`), blank lines, any end of line, Fortran
+/// exponents, UTF-8, UTF-16 or Windows text, remarks at the end.
 ///
 /// Points are kept as they stand, in their own unit, place and angle ([`chord`](Self::chord) tells); see
 /// [`normalized`](Self::normalized). Only a section with its nose to the right is mirrored left to right (what is above
@@ -131,8 +132,8 @@ impl<S: Scalar> Coordinates<S> {
     /// would be, but not smoothed, since points in memory have no last digit.
     ///
     /// # Errors
-    /// As [`parse`](Coordinates::parse), and more points than are read. Where an error or a repair names a line, it means
-    /// the number of the point, counted from one.
+    /// As [`parse`](Coordinates::parse), and more points than are read. Where an error or a repair names a line, it
+    /// means the number of the point, counted from one.
     pub fn from_points(name: &str, points: &[impl Into<[S; 2]> + Copy]) -> Result<Self, CoordinateError> {
         let given: Vec<[S; 2]> = points.iter().map(|&p| p.into()).collect();
         for (line, point) in (1..).zip(&given) {

@@ -29,8 +29,8 @@ const WIDE_BASE: f64 = 0.02;
 /// A centroid below the chord by this share of the extent is that of a section cambered downwards.
 const CAMBERED: f64 = 1e-3;
 
-/// Finds how a section lies, and mirrors one with its nose to the right or exchanges the axes of one that stands upright
-/// and runs clockwise. Returns the linear map that was applied too.
+/// Finds how a section lies, and mirrors one with its nose to the right or exchanges the axes of one that stands
+/// upright and runs clockwise. Returns the linear map that was applied too.
 pub(super) fn orient(points: &mut [Point], extent: f64, repairs: &mut Vec<Repair>) -> (Lie, [[f64; 2]; 2]) {
     let turn = turn(points, extent);
     let map = if turn.abs() > NOSE_RIGHT && runs_as_turned(points, extent) {

@@ -4,7 +4,8 @@ use super::listing::Listing;
 use super::orientation::{Lie, UNCHANGED, farthest_pair, orient, signed_area};
 use super::point::Point;
 use super::repair::{Repair, record};
-use super::strays::{drop_outlier, drop_spikes, drop_strays, report_ends, report_spikes};
+use super::strays::{DENSE, drop_outlier, drop_spikes, drop_strays, report_ends, report_spikes};
+use super::wobbles::report_wobbles;
 use crate::plane::{self, between, bounds, cross, dot, length, middle, minus};
 use crate::section::{CoordinateError, TrailingEdge};
 use std::collections::HashMap;
@@ -44,6 +45,9 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
         drop_outlier(&mut given, &mut repairs);
         drop_strays_of(&mut given, &mut repairs);
     }
+    if let Some([upper, lower]) = surfaces {
+        check_split(&given, [upper, lower], &breaks)?;
+    }
     let mut points = join_surfaces(&given, surfaces, &breaks);
     check_closed(&points)?;
     let mut map = UNCHANGED;
@@ -63,6 +67,7 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
                 }
                 report_spikes(&points, extent, step, &mut mend.repairs);
                 report_ends(&points, extent, step, &mut mend.repairs);
+                report_wobbles(&points, points.len() < DENSE, extent, step, &mut mend.repairs);
                 return Ok(Outline { points, trailing_edge, repairs: mend.repairs, map });
             };
             let (first, second) = (points[i].line, points[j].line);
@@ -85,6 +90,21 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
 fn drop_strays_of(points: &mut Vec<Point>, repairs: &mut Vec<Repair>) {
     let extent = extent(points);
     drop_strays(points, extent, repairs);
+}
+
+/// Refuses announced numbers of points that divide the list elsewhere than the points do, which leap back along the
+/// chord where the second surface begins.
+fn check_split(points: &[Point], announced: [usize; 2], breaks: &[usize]) -> Result<(), CoordinateError> {
+    let extent = extent(points);
+    let Some(at) = divide_at(points, breaks, extent) else { return Ok(()) };
+    let leaps = |i: usize| 0 < i && i < points.len() && distance(&points[i - 1], &points[i]) > 0.5 * extent;
+    // surfaces that are listed round the outline do not leap
+    let joined = |i: usize| 0 < i && i < points.len() && distance(&points[i - 1], &points[i]) <= SAME * extent;
+    if at == announced[0] || leaps(announced[0]) || joined(announced[0]) {
+        return Ok(());
+    }
+    let found = [at, points.len() - at];
+    Err(CoordinateError::Split { line: points[at].line, announced, found })
 }
 
 /// Refuses points that run from one end of the section to the other.

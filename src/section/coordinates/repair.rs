@@ -1,9 +1,10 @@
 //! [`Repair`]: everything about the reading of coordinates that a user must know.
 
-/// A change that was made to the points of a file, or an assumption or a warning about them; one per kind, with a count.
+/// A change that was made to the points of a file, or an assumption or a warning about them; one per kind, with a
+/// count.
 ///
-/// Line numbers count from one and name the first place; where the points came from memory, they are numbers of points from
-/// one. Lengths are in the unit of the file.
+/// Line numbers count from one and name the first place; where the points came from memory, they are numbers of points
+/// from one. Lengths are in the unit of the file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Repair {
@@ -47,9 +48,18 @@ pub enum Repair {
         /// Line of the first.
         line: usize,
     },
-    /// A first column that counts the points was left out.
-    #[error("the first column counts the points, left out")]
-    IndexDropped,
+    /// A first or last column that counts the points was left out.
+    #[error("column {column} counts the points, left out")]
+    IndexDropped {
+        /// Number of the column, from one.
+        column: usize,
+    },
+    /// A table of x and the ordinates of both sides was read as two surfaces.
+    #[error("columns {}, {} and {} read as x and the ordinates of the upper and the lower side", columns[0], columns[1], columns[2])]
+    SidesInColumns {
+        /// Numbers of the columns of x, upper and lower side, from one.
+        columns: [usize; 3],
+    },
     /// A column in which every number is the same was left out: the section lies in a plane.
     #[error("column {column} is {value} throughout, left out")]
     PlaneFound {
@@ -105,6 +115,20 @@ pub enum Repair {
         /// Line of the first.
         line: usize,
         /// Largest of the distances from the line of the neighbours.
+        distance: f64,
+    },
+    /// The outline steps sideways: a run of points beside such a place may be shifted.
+    #[error(
+        "the outline steps sideways in {} (by up to {distance:.2e}), the first at line {line}: a run of points may be \
+         shifted, kept",
+        plural(*.count, "place", "places")
+    )]
+    StepSuspected {
+        /// Number of such places.
+        count: usize,
+        /// Line of the point behind the first.
+        line: usize,
+        /// Largest of the steps.
         distance: f64,
     },
     /// Neighbouring points far more apart than those around them.
@@ -277,6 +301,10 @@ impl Repair {
             (
                 Self::SpikeSuspected { count, distance, .. },
                 Self::SpikeSuspected { count: more, distance: another, .. },
+            ) => (*count, *distance) = (*count + more, distance.max(*another)),
+            (
+                Self::StepSuspected { count, distance, .. },
+                Self::StepSuspected { count: more, distance: another, .. },
             ) => (*count, *distance) = (*count + more, distance.max(*another)),
             (Self::GapSuspected { count, distance, .. }, Self::GapSuspected { count: more, distance: another, .. }) => {
                 (*count, *distance) = (*count + more, distance.max(*another))

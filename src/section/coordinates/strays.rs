@@ -22,7 +22,7 @@ const END_GAP: f64 = 4.5;
 /// A side shorter than this share of the extent is no gap.
 const GAP_SHARE: f64 = 0.05;
 /// Points of an outline that is sampled densely.
-const DENSE: usize = 60;
+pub(super) const DENSE: usize = 60;
 /// Most points that are dropped; a file with more is not understood.
 const MOST_SPIKES: usize = 4;
 

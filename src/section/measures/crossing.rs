@@ -20,8 +20,8 @@ pub struct Crossing {
 }
 
 impl Section<f64> {
-    /// A crossing (or touching) of the closed outline with itself, `None` where there is none. The common end point of a
-    /// sharp trailing edge is no crossing. A point on the base of a blunt trailing edge has the last parameter.
+    /// A crossing (or touching) of the closed outline with itself, `None` where there is none. The common end point of
+    /// a sharp trailing edge is no crossing. A point on the base of a blunt trailing edge has the last parameter.
     ///
     /// Loops and gaps down to about 1e-9 of the size of the section are told apart.
     pub fn self_intersection(&self) -> Option<Crossing> {

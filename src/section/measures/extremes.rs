@@ -10,7 +10,8 @@ use nalgebra::{Matrix2, Vector2};
 
 /// Below this camber, in chords, a section has no place of largest camber.
 const NO_CAMBER: f64 = 1e-12;
-/// Below this camber, in chords, the largest camber has no derivative: which station is largest is a matter of round-off.
+/// Below this camber, in chords, the largest camber has no derivative: which station is largest is a matter of
+/// round-off.
 const KINK: f64 = 1e-9;
 /// Difference, in chords, below which two extremes tie.
 const TIE: f64 = 1e-12;
@@ -84,8 +85,8 @@ impl<S: Scalar> Section<S> {
     /// Where two maxima tie, to 1e-12 chords, the station jumps and the value has a kink.
     ///
     /// # Errors
-    /// No isolated maximum between nose and trailing edge; [`MeasureProblem::Tied`] where derivatives are wanted and two
-    /// maxima tie.
+    /// No isolated maximum between nose and trailing edge; [`MeasureProblem::Tied`] where derivatives are wanted and
+    /// two maxima tie.
     pub fn maximum_thickness(&self) -> Result<[S; 2], SectionError> {
         self.extreme(Kind::Thickness)
     }
@@ -103,9 +104,10 @@ impl<S: Scalar> Section<S> {
 
     /// The camber of largest magnitude, with its sign.
     ///
-    /// A section with less than 1e-12 chords of camber everywhere has no place of largest camber; the value is then that
-    /// at half the chord. There the largest camber has a kink: it grows whichever way a camber line bends, and at another
-    /// station for every bend. So it has no derivative, and none is made up; [`camber_at`](Self::camber_at) is smooth.
+    /// A section with less than 1e-12 chords of camber everywhere has no place of largest camber; the value is then
+    /// that at half the chord. There the largest camber has a kink: it grows whichever way a camber line bends, and at
+    /// another station for every bend. So it has no derivative, and none is made up; [`camber_at`](Self::camber_at) is
+    /// smooth.
     ///
     /// # Errors
     /// No isolated extreme of a camber that is not zero; [`MeasureProblem::Tied`] where derivatives are wanted and two

@@ -56,7 +56,8 @@ impl<S: Scalar> Section<S> {
     /// Length of the outline, with the base of a blunt trailing edge, to about 1e-14 of itself.
     ///
     /// # Errors
-    /// A derivative is asked for where the curve stands still, or where the base of a blunt trailing edge has no length.
+    /// A derivative is asked for where the curve stands still, or where the base of a blunt trailing edge has no
+    /// length.
     pub fn perimeter(&self) -> Result<S, SectionError> {
         let curve = self.curve().arc_lengths()?.total();
         if self.trailing_edge() == TrailingEdge::Sharp {

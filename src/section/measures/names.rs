@@ -53,7 +53,8 @@ pub enum Measure {
     TrailingEdgeAngle,
     /// Height of the base normal to the chord; negative where the surfaces have changed places.
     TrailingEdgeGap,
-    /// Angle in radians by which the concave parts of the outline turn, smoothed: no reversals of curvature, no concavity.
+    /// Angle in radians by which the concave parts of the outline turn, smoothed: no reversals of curvature, no
+    /// concavity.
     Concavity,
 }
 

@@ -12,9 +12,10 @@ const STRAIGHT: f64 = 0.1;
 impl<S: Scalar> Section<S> {
     /// Angle in radians by which the concave parts of the outline turn: the smooth measure of curvature reversals.
     ///
-    /// `∫ k²/√(k² + 0.1²) ds/c` over the parts where the curvature times the chord `k = κ c` is negative (surface bending
-    /// away from the section, as under a rear-loaded edge), Gauss quadrature on each knot span. Zero for a convex section.
-    /// Value and gradient are continuous in the shape; second derivatives jump where a curvature passes zero.
+    /// `∫ k²/√(k² + 0.1²) ds/c` over the parts where the curvature times the chord `k = κ c` is negative (surface
+    /// bending away from the section, as under a rear-loaded edge), Gauss quadrature on each knot span. Zero for a
+    /// convex section. Value and gradient are continuous in the shape; second derivatives jump where a curvature passes
+    /// zero.
     ///
     /// # Errors
     /// A chord of no length; a curve that stands still.
@@ -79,7 +80,8 @@ mod tests {
     #[test]
     fn convex_sections_have_no_concavity_and_rear_loaded_ones_their_turning() {
         assert_eq!(section("kulfan:upper=0.17,0.17,0.17,0.17/lower=-0.17,-0.17,-0.17,-0.17").concavity().unwrap(), 0.0);
-        // the lower surface of a rear-loaded section turns back by about the angle between its steepest place and the edge
+        // the lower surface of a rear-loaded section turns back by about the angle between its steepest place and the
+        // edge
         let loaded = section("kulfan:upper=0.17,0.17,0.17,0.17/lower=-0.17,-0.17,-0.17,0.2");
         let curve = loaded.curve();
         let lower = (0..=4000)

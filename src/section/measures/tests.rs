@@ -196,8 +196,8 @@ fn samples() -> Vec<(&'static str, Section)> {
     ]
 }
 
-/// An error that the estimate of the differences leaves out: it takes functions to be good to 4 ε, but directions at the dense
-/// points of the trailing edge lose three digits more, and steps go down to 1e-5.
+/// An error that the estimate of the differences leaves out: it takes functions to be good to 4 ε, but directions at
+/// the dense points of the trailing edge lose three digits more, and steps go down to 1e-5.
 const ROUND_OFF: f64 = 1e-8;
 
 /// All measures as functions of the control points; the ends of a sharp section move together.
