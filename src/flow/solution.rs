@@ -43,6 +43,12 @@ pub enum Status {
         /// Length of reversed flow over the length of the side, for the side where that is larger.
         extent: f64,
     },
+    /// The equations are solved, but not on the grid that was asked for: on another number of stations only. The flow is
+    /// at the limit of what these resolve, as thin bubbles behind the nose are.
+    Unresolved {
+        /// What is not resolved, in words.
+        reason: Cow<'static, str>,
+    },
     /// The flow is outside what the outer flow of the solver describes.
     OutsideModel {
         /// Kind of flow in a word; the panel solver gives "supersonic".
@@ -64,14 +70,15 @@ impl Status {
             Self::NotConverged { .. } => "not converged",
             Self::LiftOutOfReach { .. } => "lift out of reach",
             Self::Separated { .. } => "separated",
+            Self::Unresolved { .. } => "unresolved",
             Self::OutsideModel { name, .. } => name,
         }
     }
 
-    /// Whether the equations are solved but the flow is beyond what the model describes, so that its coefficients show
-    /// a trend at best.
+    /// Whether the equations are solved but the flow is beyond what the model describes or what the grid resolves, so
+    /// that the coefficients show a trend at best.
     pub fn is_beyond_model(&self) -> bool {
-        matches!(self, Self::Separated { .. } | Self::OutsideModel { converged: true, .. })
+        matches!(self, Self::Separated { .. } | Self::Unresolved { .. } | Self::OutsideModel { converged: true, .. })
     }
 }
 
@@ -102,6 +109,7 @@ impl std::fmt::Display for Status {
             Self::Separated { extent } => {
                 write!(f, "separated beyond the model (reversed flow over {:.0} % of a side)", 100.0 * extent)
             }
+            Self::Unresolved { reason } => write!(f, "not resolved ({reason})"),
             Self::OutsideModel { name, reason, .. } => write!(f, "{name} {reason}"),
         }
     }

@@ -144,6 +144,7 @@ impl Database {
             Status::NotConverged { .. } | Status::OutsideModel { converged: false, .. } => "not-converged",
             Status::LiftOutOfReach { .. } => "out-of-reach",
             Status::Separated { .. } => "separated",
+            Status::Unresolved { .. } => "unresolved",
             Status::OutsideModel { .. } => "supersonic",
         };
         let detail = s.attempts.iter().map(|a| format!("{}: {} ({:.1e})", a.what, a.iterations, a.residual));

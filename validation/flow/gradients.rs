@@ -19,7 +19,10 @@ const SETTINGS: Settings =
 const COEFFICIENTS: [&str; 3] = ["CL", "CD", "CM"];
 const KINDS: [&str; 7] =
     ["one node", "trailing-edge node", "smooth mode", "angle of attack", "Mach", "Reynolds", "box variable"];
-/// Steps in units of each kind's own, tried one after the other until the differences say enough.
+/// First step of a single node, in lengths of the shorter panel beside it.
+const NODE_STEP: f64 = 2e-3;
+/// Ranges of steps in units of the first step of each direction, tried one after the other until the differences say
+/// enough.
 const STEPS: [StepRange; 3] =
     [StepRange { first: 1.0, levels: 4 }, StepRange { first: 0.1, levels: 4 }, StepRange { first: 10.0, levels: 5 }];
 
@@ -127,7 +130,8 @@ impl Sample {
             direction[k] = [angle.cos(), angle.sin()];
             direction
         };
-        let single = one(2 + (self.seed % (last as u64 - 3)) as usize);
+        let node = 2 + (self.seed % (last as u64 - 3)) as usize;
+        let single = one(node);
         let mut tail = one(0);
         if sharp {
             tail[last] = tail[0];
@@ -148,8 +152,11 @@ impl Sample {
         let moved = self.nodes(&moves)?;
         let box_variable = moved.iter().zip(nodes).map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).collect();
         let line = |kind, step, direction| Line { kind, step, direction };
+        // what one node does to the flow depends on its move over the length of the panels beside it
+        let length = |k: usize| (nodes[k + 1][0] - nodes[k][0]).hypot(nodes[k + 1][1] - nodes[k][1]);
+        let panel = length(node - 1).min(length(node));
         let mut directions = vec![
-            line(0, 2e-5, Direction::Nodes(single)),
+            line(0, NODE_STEP * panel, Direction::Nodes(single)),
             line(1, 1e-5, Direction::Nodes(tail)),
             line(2, 2e-5, Direction::Nodes(mode)),
             line(3, 2e-4, Direction::Alpha),

@@ -7,6 +7,7 @@ mod gradients;
 mod inviscid;
 mod plate;
 mod reference;
+mod sections;
 mod sharp;
 mod smoothness;
 mod xfoil;
@@ -25,6 +26,8 @@ pub enum Part {
     Inviscid,
     /// Blunt sections against XFOIL, and twice the resolution
     Xfoil,
+    /// Real sections, flaps and low Reynolds numbers against XFOIL; an E387 in a wind tunnel
+    Sections,
     /// Sharp edges against MSES, and closing gaps
     Sharp,
     /// Measurements of a NACA 0012
@@ -70,6 +73,7 @@ pub fn sheets(arguments: &FlowArguments, quick: bool) -> Vec<Sheet> {
         let result = match part {
             Part::Inviscid => inviscid::sheets(),
             Part::Xfoil => xfoil::sheets(quick),
+            Part::Sections => sections::sheets(quick),
             Part::Sharp => sharp::sheets(quick),
             Part::Experiment => experiment::sheets(),
             Part::Plate => plate::sheets(),

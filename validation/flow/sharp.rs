@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// Relative bar of lift against MSES.
 const LIFT: f64 = 0.015;
 /// Relative bar of lift beyond the trend of a closing gap.
-const CONTINUITY: f64 = 0.01;
+const CONTINUITY: f64 = 0.003;
 
 pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {
     Ok(vec![mses(quick)?, closing_gap(quick)?, closing_gap_of_xfoil()?])
@@ -123,8 +123,8 @@ fn mses(quick: bool) -> Result<Sheet, Failure> {
 }
 
 const GAPS: [f64; 9] = [4e-3, 2.5e-3, 1.5e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 0.0];
-/// Gaps wide enough to show the trend; the others should follow it.
-const TREND: [f64; 3] = [4e-3, 2.5e-3, 1.5e-3];
+/// Gaps wide enough to show the trend; the smaller ones should follow it.
+const TREND: [f64; 2] = [1e-3, 3e-4];
 
 /// Nodes of a symmetric NACA section whose edge is opened by `gap` by wedges on both surfaces.
 fn with_gap(name: &str, gap: f64) -> Result<Vec<[f64; 2]>, Failure> {
@@ -150,8 +150,9 @@ fn intercept_and_slope(points: &[(f64, f64)]) -> (f64, f64) {
 fn closing_gap(quick: bool) -> Result<Sheet, Failure> {
     let text = format!(
         "NACA sections at alpha 4, Re 5e6, M 0: the closed section, opened by wedges on both surfaces; nodes at the same x for every\n\
-         gap, cold starts. The trend is the line through the gaps {TREND:?}; the others should lie within {} % of it, down to the\n\
-         closed edge.",
+         gap, cold starts. The trend is the line through the gaps {TREND:?}; the smaller ones should lie within {} % of it, down to\n\
+         the closed edge. Over wider gaps the lift itself bends: that of the free NACA 0012 at the gaps 0.004, 0.0015 and 0.0003 is\n\
+         0.4525, 0.4414 and 0.4318 in XFOIL 6.99 (mean of 160 and 280 panels), 0.9 % below a line at the last.",
         100.0 * CONTINUITY
     );
     let mut sheet = Sheet::new("Lift as the trailing edge closes", &text);
@@ -176,7 +177,8 @@ fn closing_gap(quick: bool) -> Result<Sheet, Failure> {
             for (gap, s) in GAPS.into_iter().zip(&solutions) {
                 let beyond = s.coefficients.cl / (origin + slope * gap) - 1.0;
                 if s.is_reliable() {
-                    worst = worst.max(beyond.abs());
+                    let follows = TREND.iter().all(|wide| gap <= *wide);
+                    worst = if follows { worst.max(beyond.abs()) } else { worst };
                 } else {
                     lost += 1;
                 }

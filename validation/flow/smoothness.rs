@@ -369,9 +369,10 @@ fn judge(sheet: &mut Sheet, set: &Set, lines: &[&Found]) {
         return;
     }
     if set.binding {
-        sheet.at_most("worst error of slope", slope, worst(Found::slope_error));
-        sheet.count_at_most("lines with a worse slope", 0, Some(above(Found::slope_error, slope)));
+        // the slope of a quintic that cannot follow the drag is not the drag's
+        sheet.open("worst error of slope", slope, worst(Found::slope_error));
         sheet.at_most("worst error of slope about degree 11", slope, worst(Found::high_slope_error));
+        sheet.count_at_most("lines with a worse slope about degree 11", 0, Some(above(Found::high_slope_error, slope)));
     } else {
         // the slope of a polynomial that cannot follow the drag is not the drag's
         sheet.open("worst error of slope", slope, worst(Found::slope_error));

@@ -2,6 +2,7 @@
 
 use super::coupling::response::{FlowResponse, SectionResponse};
 use super::coupling::system::{Linearised, Stream, System};
+use super::outputs::highest_mach;
 use super::polar::Straight;
 use crate::flow::condition::Settings;
 use crate::flow::layer::{Layout, Unknowns};
@@ -13,6 +14,11 @@ use crate::flow::surface_map::SurfaceMap;
 const WARM_ITERATIONS: usize = 8;
 /// First move of transition, in lengths of the side, beyond which a march is closer to the flow than a warm start.
 const WARM_REACH: f64 = 0.1;
+
+/// Highest local Mach number without boundary layer above which no layer makes a flow subsonic.
+const HOPELESS_MACH: f64 = 1.2;
+/// Share of the usual work for a search above that Mach number.
+const LITTLE_HOPE: f64 = 0.1;
 
 /// The requested flow and its neighbours about one section, with one wake.
 pub(crate) struct PanelFamily<'a> {
@@ -86,6 +92,11 @@ impl Family for PanelFamily<'_> {
 
     fn tolerance(&self) -> f64 {
         self.settings.tolerance
+    }
+
+    fn hope(&self) -> f64 {
+        let mach = highest_mach(self.section, &self.flow.inviscid, self.stream.mach);
+        if mach > HOPELESS_MACH { LITTLE_HOPE } else { 1.0 }
     }
 
     fn lift_sign(&self) -> f64 {

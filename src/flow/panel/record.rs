@@ -161,7 +161,9 @@ impl PanelRecord {
 
     /// Whether a converged flow is within the model.
     pub fn status(&self) -> Status {
-        let mach = self.at.derived.iter().map(|d| d.mach2.re).fold(0.0, f64::max).sqrt();
+        // a suction peak may stand between two stations
+        let wall = outputs::highest_mach(&self.section, &self.strengths, self.stream.mach);
+        let mach = self.at.derived.iter().map(|d| d.mach2.re).fold(0.0, f64::max).sqrt().max(wall);
         if mach > 1.0 {
             return supersonic(mach, true);
         }

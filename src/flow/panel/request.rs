@@ -89,7 +89,17 @@ impl Request<'_> {
     }
 
     fn status(&self, ended: &Ended) -> Status {
-        if ended.converged { ended.record.status() } else { self.failure(&ended.record, ended.residual) }
+        if !ended.converged {
+            return self.failure(&ended.record, ended.residual);
+        }
+        let (found, wanted) = (ended.record.layout.laminar.len(), self.settings.laminar_stations);
+        match ended.record.status() {
+            Status::Converged if found != wanted => {
+                let reason = format!("solved with {found} laminar stations a side, not with the {wanted} asked for");
+                Status::Unresolved { reason: reason.into() }
+            }
+            status => status,
+        }
     }
 
     fn report(&self, ended: Ended) -> Solution {

@@ -19,9 +19,10 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// An account for flows on `layout`, after `attempts` have been made.
-    pub fn new(layout: &Layout, attempts: Vec<Attempt>) -> Self {
-        Self { attempts, wanted: layout.stations(), work: 0.0, limit: WORK }
+    /// An account for flows on `layout`, after `attempts` have been made. `hope` is the share of the usual work that is
+    /// worth spending.
+    pub fn new(layout: &Layout, attempts: Vec<Attempt>, hope: f64) -> Self {
+        Self { attempts, wanted: layout.stations(), work: 0.0, limit: WORK * hope }
     }
 
     /// Work done so far.

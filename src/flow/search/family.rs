@@ -74,6 +74,10 @@ pub(crate) trait Family {
     /// The largest residual of a converged solution.
     fn tolerance(&self) -> f64;
 
+    /// Share of the usual work that is worth spending on a search: less than one for a flow that would be beyond the
+    /// model if it were found.
+    fn hope(&self) -> f64;
+
     /// Sign of the lift without boundary layer.
     fn lift_sign(&self) -> f64;
 

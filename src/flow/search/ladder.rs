@@ -50,7 +50,7 @@ pub(crate) fn climb<F: Family>(
     outer: &F::Outer,
     attempts: Vec<Attempt>,
 ) -> (Option<Found<F::At>>, Vec<Attempt>) {
-    Ladder { family, outer, budget: Budget::new(family.layout(), attempts), spare: None }.climb()
+    Ladder { family, outer, budget: Budget::new(family.layout(), attempts, family.hope()), spare: None }.climb()
 }
 
 /// The search for one flow.
@@ -83,7 +83,7 @@ impl<F: Family> Ladder<'_, F> {
     fn with_other_stations(&mut self) -> Option<Found<F::At>> {
         let family = self.family;
         if self.spare.is_none() {
-            self.budget.grant(LAST_HOPE);
+            self.budget.grant(LAST_HOPE * family.hope());
             if let Some(end) = self.other_layouts(&SPARE_LAYOUTS) {
                 return Some((end, family.layout().clone()));
             }

@@ -23,7 +23,7 @@ fn farthest(a: &Unknowns, b: &Unknowns) -> f64 {
 #[test]
 fn what_the_last_hope_finds_is_kept() {
     with_flow(|family| {
-        let mut budget = Budget::new(family.layout, Vec::new());
+        let mut budget = Budget::new(family.layout, Vec::new(), 1.0);
         // the budget spent, nothing but the last hope is left
         budget.spend(2.0 * super::budget::WORK, family.layout);
         let (found, attempts) = Ladder { family, outer: family.flow, budget, spare: None }.climb();
@@ -38,7 +38,7 @@ fn what_the_last_hope_finds_is_kept() {
 fn branches_lead_to_the_solution_wanted() {
     with_flow(|family| {
         let layout = family.layout;
-        let mut budget = Budget::new(layout, Vec::new());
+        let mut budget = Budget::new(layout, Vec::new(), 1.0);
         let wanted = start_of_branch(family, &mut budget, layout, Neighbour::default(), "start").unwrap();
         let places = [
             (Parameter::Angle, Neighbour { turned: -2.0, ..Neighbour::default() }),

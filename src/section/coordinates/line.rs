@@ -77,6 +77,13 @@ fn is_words(content: &str) -> bool {
     if begins_as_name && parts.len() <= 3 && !decimal {
         return true;
     }
+    // "e207.dat": a point has two numbers, a name stands alone
+    if let [name] = parts[..] {
+        let suffix = name.rsplit_once('.').map_or("", |(_, suffix)| suffix);
+        if begins_as_name || (suffix.len() >= 2 && suffix.chars().all(|c| c.is_ascii_alphabetic())) {
+            return true;
+        }
+    }
     match words {
         0 => false,
         // "12 May", "lower 51", but not "0.05 nought"
@@ -196,6 +203,10 @@ mod tests {
             "20 nov 2005",
             "Element 2",
             "NACA2412",
+            "e207.dat",
+            "S2091.dat",
+            "2412.txt",
+            "a18.v2",
             "===========",
             "x y",
         ] {
