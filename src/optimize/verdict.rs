@@ -43,7 +43,7 @@ pub(super) fn no_descent(slope: f64, steepest: f64) -> (Termination, String) {
 pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let mut message = format!(
         "No direction that keeps the constraints lowers the objective any more: KKT residual {:.1e}, largest violation {:.1e}.",
-        point.optimality.residual, point.violation
+        ledger.residual(point), point.violation
     );
     message += &holding(ledger, point);
     message
@@ -114,7 +114,7 @@ fn held_variables(ledger: &Ledger<'_>, point: &Iterate) -> Option<String> {
 pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String {
     format!(
         "Stopped at the limit of {} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
-        ledger.iteration, point.optimality.residual, point.violation
+        ledger.iteration, ledger.residual(point), point.violation
     )
 }
 
@@ -123,7 +123,7 @@ pub(super) fn beset(ledger: &Ledger<'_>, point: &Iterate) -> (Termination, Strin
     let message = format!(
         "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
         ledger.last_failure(),
-        point.optimality.residual,
+        ledger.residual(point),
         point.violation
     );
     (Termination::Failed, message)
@@ -136,7 +136,7 @@ pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> (
     }
     let message = format!(
         "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}",
-        point.optimality.residual,
+        ledger.residual(point),
         point.violation,
         holding(ledger, point)
     );
