@@ -24,6 +24,9 @@ pub(super) enum Halt {
     Observer,
 }
 
+/// Natural step of a variable over the largest, at least, where the start of a run is all that is known.
+const LEAST_STEP: f64 = 0.3;
+
 /// A problem that keeps the books of a run.
 pub(super) struct Ledger<'a> {
     problem: &'a mut dyn Problem,
@@ -80,13 +83,14 @@ impl<'a> Ledger<'a> {
         self
     }
 
-    /// Measures optimality relative to the objective, and variables in natural steps; where the problem knows none, the
-    /// step is the largest entry of its start, or 1 if it starts at the origin.
+    /// Measures optimality relative to the objective, and variables in natural steps; where the problem knows none, they
+    /// are the entries of its start, small ones as the third of the largest, or 1 if it starts at the origin.
     pub(super) fn measured(mut self) -> Self {
         self.steps = self.natural_steps().or_else(|| {
             let start = &self.description().start;
             let largest = start.iter().fold(0.0, |l: f64, x| l.max(x.abs()));
-            Some(vec![if largest > 0.0 { largest } else { 1.0 }; start.len()])
+            let step = |x: &f64| if largest > 0.0 { x.abs().max(LEAST_STEP * largest) } else { 1.0 };
+            Some(start.iter().map(step).collect())
         });
         self
     }

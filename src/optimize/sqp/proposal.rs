@@ -9,6 +9,8 @@ use nalgebra::{DMatrix, DVector};
 const LEAST_PRICE: f64 = 10.0;
 /// Price over the norm of the gradient that is not raised any further.
 const MOST_PRICE: f64 = 1e9;
+/// Price of a shortfall in the merit function over the norm of the gradient, at least: no row is left for nothing.
+const LEAST_WEIGHT: f64 = 0.1;
 /// Share of the relief that any price buys with which a price is content.
 const RELIEF: f64 = 0.9;
 /// Models solved at most to find a step of the length of the radius.
@@ -123,8 +125,9 @@ impl SqpRun {
         let (matrix, values) = (self.row_matrix(), self.values(&self.point.evaluation));
         let step = self.steered(&matrix, &values)?;
         // a price for each row that its multiplier justifies, falling slowly where it is not needed
+        let least = LEAST_WEIGHT * self.steepness();
         for (row, z) in self.rows.iter_mut().zip(&step.multipliers) {
-            row.weight = z.max(0.5 * (row.weight + z));
+            row.weight = z.max(0.5 * (row.weight + z)).max(least);
         }
         Some(self.proposal(step, &matrix, &values))
     }
