@@ -4,6 +4,7 @@ use super::engineering::engineering;
 use super::kkt::{ActiveBound, Iterate, opposition, reached};
 use super::ledger::Ledger;
 use super::outcome::Termination;
+use super::redundancy;
 use super::vector::norm;
 use crate::design::{Bounds, Problem};
 
@@ -43,9 +44,11 @@ pub(super) fn no_descent(slope: f64, steepest: f64) -> (Termination, String) {
 pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let mut message = format!(
         "No direction that keeps the constraints lowers the objective any more: KKT residual {:.1e}, largest violation {:.1e}.",
-        ledger.residual(point), point.violation
+        ledger.residual(point),
+        point.violation
     );
     message += &holding(ledger, point);
+    message += &redundancy::in_words(ledger, point);
     message
 }
 
@@ -114,7 +117,9 @@ fn held_variables(ledger: &Ledger<'_>, point: &Iterate) -> Option<String> {
 pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String {
     format!(
         "Stopped at the limit of {} iterations; KKT residual {:.1e}, largest violation {:.1e}.",
-        ledger.iteration, ledger.residual(point), point.violation
+        ledger.iteration,
+        ledger.residual(point),
+        point.violation
     )
 }
 
@@ -135,10 +140,11 @@ pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> (
         return (Termination::Infeasible, contradiction(ledger, point, tolerance));
     }
     let message = format!(
-        "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}",
+        "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}{}",
         ledger.residual(point),
         point.violation,
-        holding(ledger, point)
+        holding(ledger, point),
+        redundancy::in_words(ledger, point)
     );
     (Termination::Stalled, message)
 }

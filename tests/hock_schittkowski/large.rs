@@ -53,8 +53,7 @@ fn four_and_five() -> Vec<Entry> {
         .within(&[(0.001, 4e5), (0.001, 3e5), (0.001, 2e5), (0.001, 1e5)])
         .under(&[POSITIVE; 2]),
         entry(73, &[1.0; 4], 29.894_378, |x| {
-            let spread =
-                x[0].powi(2) * 0.28 + x[1].powi(2) * 0.19 + x[2].powi(2) * 20.5 + x[3].powi(2) * 0.62;
+            let spread = x[0].powi(2) * 0.28 + x[1].powi(2) * 0.19 + x[2].powi(2) * 20.5 + x[3].powi(2) * 0.62;
             vec![
                 x[0] * 24.55 + x[1] * 26.75 + x[2] * 39.0 + x[3] * 40.5,
                 x[0] * 2.3 + x[1] * 5.6 + x[2] * 11.1 + x[3] * 1.3 - 5.0,
@@ -160,9 +159,8 @@ fn six_to_ten() -> Vec<Entry> {
         entry(104, &[6.0, 3.0, 0.4, 0.2, 6.0, 6.0, 1.0, 0.5], 3.951_163_439_6, |x| {
             let ratio = |a: D, b: D| a.powf(0.67) * b.powf(-0.67) * 0.4;
             let objective = ratio(x[0], x[6]) + ratio(x[1], x[7]) + 10.0 - x[0] - x[1];
-            let loss = |a: D, b: D, c: D| {
-                -(a / b) * 4.0 - (a.powf(0.71) * b).recip() * 2.0 - a.powf(-1.3) * c * 0.0588 + 1.0
-            };
+            let loss =
+                |a: D, b: D, c: D| -(a / b) * 4.0 - (a.powf(0.71) * b).recip() * 2.0 - a.powf(-1.3) * c * 0.0588 + 1.0;
             vec![
                 objective,
                 x[4] * x[6] * -0.0588 - x[0] * 0.1 + 1.0,
@@ -197,9 +195,7 @@ fn six_to_ten() -> Vec<Entry> {
         ])
         .under(&[POSITIVE; 6]),
         entry(108, &[1.0; 9], -0.866_025_403_8, |x| {
-            let apart = |i: usize, j: usize| {
-                -(x[i - 1] - x[j - 1]).powi(2) - (x[i] - x[j]).powi(2) + 1.0
-            };
+            let apart = |i: usize, j: usize| -(x[i - 1] - x[j - 1]).powi(2) - (x[i] - x[j]).powi(2) + 1.0;
             let area = x[0] * x[3] - x[1] * x[2] + x[2] * x[8] - x[4] * x[8] + x[4] * x[7] - x[5] * x[6];
             vec![
                 area * -0.5,

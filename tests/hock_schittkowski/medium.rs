@@ -10,10 +10,7 @@ fn squares(x: &[D]) -> D {
 pub fn problems() -> Vec<Entry> {
     vec![
         entry(26, &[-2.6, 2.0, 2.0], 0.0, |x| {
-            vec![
-                (x[0] - x[1]).powi(2) + (x[1] - x[2]).powi(4),
-                (x[1].powi(2) + 1.0) * x[0] + x[2].powi(4) - 3.0,
-            ]
+            vec![(x[0] - x[1]).powi(2) + (x[1] - x[2]).powi(4), (x[1].powi(2) + 1.0) * x[0] + x[2].powi(4) - 3.0]
         })
         .under(&[ZERO]),
         entry(27, &[2.0, 2.0, 2.0], 0.04, |x| {
@@ -61,18 +58,13 @@ pub fn problems() -> Vec<Entry> {
         entry(35, &[0.5, 0.5, 0.5], 1.0 / 9.0, |x| {
             let quadratic = x[0].powi(2) * 2.0 + x[1].powi(2) * 2.0 + x[2].powi(2);
             let mixed = x[0] * x[1] * 2.0 + x[0] * x[2] * 2.0;
-            vec![
-                x[0] * -8.0 - x[1] * 6.0 - x[2] * 4.0 + 9.0 + quadratic + mixed,
-                -x[0] - x[1] - x[2] * 2.0 + 3.0,
-            ]
+            vec![x[0] * -8.0 - x[1] * 6.0 - x[2] * 4.0 + 9.0 + quadratic + mixed, -x[0] - x[1] - x[2] * 2.0 + 3.0]
         })
         .all_within(0.0, INF)
         .under(&[POSITIVE]),
-        entry(36, &[10.0, 10.0, 10.0], -3300.0, |x| {
-            vec![-x[0] * x[1] * x[2], -x[0] - x[1] * 2.0 - x[2] * 2.0 + 72.0]
-        })
-        .within(&[(0.0, 20.0), (0.0, 11.0), (0.0, 42.0)])
-        .under(&[POSITIVE]),
+        entry(36, &[10.0, 10.0, 10.0], -3300.0, |x| vec![-x[0] * x[1] * x[2], -x[0] - x[1] * 2.0 - x[2] * 2.0 + 72.0])
+            .within(&[(0.0, 20.0), (0.0, 11.0), (0.0, 42.0)])
+            .under(&[POSITIVE]),
         entry(37, &[10.0, 10.0, 10.0], -3456.0, |x| {
             let sum = x[0] + x[1] * 2.0 + x[2] * 2.0;
             vec![-x[0] * x[1] * x[2], -sum + 72.0, sum]
@@ -106,11 +98,7 @@ pub fn problems() -> Vec<Entry> {
             .under(&[ZERO]),
         entry(42, &[1.0; 4], 28.0 - 10.0 * 2.0f64.sqrt(), |x| {
             let distance = |k: usize| (x[k] - (k + 1) as f64).powi(2);
-            vec![
-                distance(0) + distance(1) + distance(2) + distance(3),
-                x[0] - 2.0,
-                x[2].powi(2) + x[3].powi(2) - 2.0,
-            ]
+            vec![distance(0) + distance(1) + distance(2) + distance(3), x[0] - 2.0, x[2].powi(2) + x[3].powi(2) - 2.0]
         })
         .under(&[ZERO; 2]),
         entry(43, &[0.0; 4], -44.0, |x| {
@@ -136,7 +124,12 @@ pub fn problems() -> Vec<Entry> {
         .all_within(0.0, INF)
         .under(&[POSITIVE; 6])
         .or(&[-13.0]),
-        entry(45, &[2.0; 5], 1.0, |x| vec![-x[0] * x[1] * x[2] * x[3] * x[4] / 120.0 + 2.0])
-            .within(&[(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.0, 4.0), (0.0, 5.0)]),
+        entry(45, &[2.0; 5], 1.0, |x| vec![-x[0] * x[1] * x[2] * x[3] * x[4] / 120.0 + 2.0]).within(&[
+            (0.0, 1.0),
+            (0.0, 2.0),
+            (0.0, 3.0),
+            (0.0, 4.0),
+            (0.0, 5.0),
+        ]),
     ]
 }

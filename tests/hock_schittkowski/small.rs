@@ -1,6 +1,6 @@
 //! Problems 1 to 24: two variables.
 
-use crate::collection::{Entry, INF, POSITIVE, ZERO, D, entry};
+use crate::collection::{D, Entry, INF, POSITIVE, ZERO, entry};
 use num_dual::DualNum;
 use std::f64::consts::PI;
 

@@ -14,6 +14,9 @@ const STEPS: usize = 5;
 /// The shortest step onto the constraints; whether it led there.
 pub(super) fn restore(ledger: &mut Ledger<'_>, run: &mut SqpRun) -> bool {
     let n = run.frame.size();
+    if n == 0 {
+        return false;
+    }
     run.rows.iter_mut().for_each(|row| row.margin = 0.0);
     let (matrix, values) = (run.row_matrix(), run.values(&run.point.evaluation));
     let step = run.solve_for(&matrix, &values, 1.0, &DVector::zeros(n), &DMatrix::identity(n, n));

@@ -34,7 +34,7 @@ enum Trial {
 
 /// Takes one step; `None` where there is none to take.
 pub(super) fn advance(ledger: &mut Ledger<'_>, run: &mut SqpRun) -> Option<()> {
-    while run.radius > LEAST_RADIUS {
+    while run.frame.size() > 0 && run.radius > LEAST_RADIUS {
         let Some(proposal) = run.propose() else {
             // a curvature that numbers cannot handle is forgotten
             if !run.curvature.forget() {
