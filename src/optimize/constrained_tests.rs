@@ -184,7 +184,7 @@ fn a_curved_valley_with_two_sided_constraints_from_an_infeasible_start() {
     for (n, sum) in [(2, (0.4, 1.5)), (10, (-1.0, 4.0)), (10, (3.0, 3.0)), (10, (6.0, 7.5))] {
         let mut case = Constrained::new(Valley, &vec![-0.7; n], &[(0.3, 6.0), sum]).bounded(-2.0, 2.0);
         let first = case.clone();
-        for method in methods(1e-11, Limits::default()) {
+        for method in methods(5e-11, Limits::default()) {
             case = first.clone();
             let outcome = run(&method, &mut case);
             assert_eq!(outcome.status, Termination::Converged, "{n} {sum:?}: {}", outcome.message);

@@ -139,7 +139,7 @@ pub enum OptimizeError {
     },
     /// The method takes no constraints.
     #[error(
-        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"slsqp\""
+        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"sqp\" or \"slsqp\""
     )]
     ConstraintsNotSupported {
         /// Name of the method.
