@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::error::CaseError;
 use super::schema::OptimizerTable;
-use crate::optimize::{Lbfgs, Method, OptimizeError, Sqp};
+use crate::optimize::{Lbfgs, Method, OptimizeError, Slsqp};
 
 impl OptimizerTable {
     /// Refuses settings that no method can take.
@@ -29,7 +29,7 @@ impl OptimizerTable {
 
     /// Name of the method; constraints decide where the table names none.
     pub fn method_name(&self, constrained: bool) -> &str {
-        self.method.as_deref().unwrap_or(if constrained { Sqp::NAME } else { Lbfgs::NAME })
+        self.method.as_deref().unwrap_or(if constrained { Slsqp::NAME } else { Lbfgs::NAME })
     }
 
     /// The method of a name with the settings of the table, as far as the method has them.
