@@ -131,10 +131,10 @@ fn a_drag_case_converges_resumes_at_the_same_bits_and_reports() {
         assert!(report.contains(part), "{part}");
     }
     assert!(!report.contains("<script") && !report.contains("href"));
-    // stopped in the middle of the first sample of the curvature, and behind it
+    // stopped near the start, half-way and towards the end
     let path = folder.path().join("whole/checkpoint.json");
     let checkpoint: serde_json::Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
-    for kept in [3, 14, 25] {
+    for kept in [3, 11, 18] {
         let mut part = checkpoint.clone();
         part["records"].as_array_mut().unwrap().truncate(kept);
         let name = format!("part{kept}");

@@ -9,6 +9,7 @@ mod exact;
 mod flow;
 mod folding;
 mod l2;
+mod optimise;
 mod random;
 mod sheet;
 
@@ -48,6 +49,8 @@ enum Topic {
     Flow,
     /// Constrained drag minimisation: the paper's cases, finite-difference gradients in the same optimiser
     Drag,
+    /// Evaluations of the constrained optimiser beside those of other codes, and from random starts
+    Optimise,
 }
 
 /// Error of a topic that could not be carried through.
@@ -64,6 +67,7 @@ impl Topic {
             Self::Differences => differences::sheets(quick),
             Self::Flow => Ok(flow::sheets(&arguments.flow, quick)),
             Self::Drag => drag::sheets(quick),
+            Self::Optimise => optimise::sheets(quick),
         }
     }
 }

@@ -311,7 +311,7 @@ fn variables(document: &Document, table: &VariablesTable, geometry: &Geometry) -
     for variable in &list {
         let Variable { name, start, scale, bounds, .. } = variable;
         // written so that NaN fails
-        if !(bounds.lower <= *start && *start <= bounds.upper && bounds.lower < bounds.upper) {
+        if !(bounds.lower <= *start && *start <= bounds.upper) {
             let (name, start) = (name.clone(), *start);
             let error = DesignError::Bounds { name, lower: bounds.lower, start, upper: bounds.upper };
             return Err(document.error(&["variables", "bounds"], error.to_string()));

@@ -487,4 +487,7 @@ impl Problem for DesignProblem {
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.distortion(x)
     }
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        Some(self.geometry.variables().iter().map(|v| v.step / v.scale).collect())
+    }
 }

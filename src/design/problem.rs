@@ -100,6 +100,12 @@ pub trait Problem {
     fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
         None
     }
+    /// A sensible change of each variable (length n, positive, in scaled variables): methods measure steps and
+    /// tolerances by it, so that a run does not depend on how the variables are scaled. `None`, the default, where the
+    /// problem knows none.
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        None
+    }
 }
 
 impl<P: Problem + ?Sized> Problem for &mut P {
@@ -121,5 +127,9 @@ impl<P: Problem + ?Sized> Problem for &mut P {
 
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         (**self).metric(x)
+    }
+
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        (**self).natural_steps()
     }
 }

@@ -39,7 +39,7 @@ mod condition;
 mod duals;
 mod elementary;
 mod error;
-mod index_spline;
+
 mod layer;
 mod linear;
 mod memory;
@@ -48,7 +48,7 @@ mod panelling;
 mod search;
 mod solution;
 mod solver;
-mod surface_map;
+mod surface;
 #[cfg(test)]
 pub(crate) mod testcases;
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! solutions printed there, and what else can happen.
 
 use super::*;
-use crate::design::Problem;
+use crate::design::{Bounds, Problem};
 use crate::differentiate::VectorFunction;
 use crate::optimize::testcases::*;
 use crate::optimize::{Checkpoint, Journaled};
@@ -93,7 +93,7 @@ fn methods(optimality_tolerance: f64, limits: Limits) -> [Method; 2] {
 }
 
 fn tight() -> [Method; 2] {
-    methods(1e-8, Limits::default())
+    methods(1e-10, Limits::default())
 }
 
 /// Runs to convergence by both methods; objective, solution and multipliers as given.
@@ -184,7 +184,7 @@ fn a_curved_valley_with_two_sided_constraints_from_an_infeasible_start() {
     for (n, sum) in [(2, (0.4, 1.5)), (10, (-1.0, 4.0)), (10, (3.0, 3.0)), (10, (6.0, 7.5))] {
         let mut case = Constrained::new(Valley, &vec![-0.7; n], &[(0.3, 6.0), sum]).bounded(-2.0, 2.0);
         let first = case.clone();
-        for method in methods(1e-7, Limits::default()) {
+        for method in methods(5e-11, Limits::default()) {
             case = first.clone();
             let outcome = run(&method, &mut case);
             assert_eq!(outcome.status, Termination::Converged, "{n} {sum:?}: {}", outcome.message);
@@ -230,6 +230,21 @@ fn without_constraints() {
         assert_relative_eq!(outcome.x[..], [0.8, 0.64], epsilon = 1e-6);
         assert!(outcome.multipliers.is_empty());
     }
+}
+
+#[test]
+fn variables_between_equal_bounds_are_fixed() {
+    for method in tight() {
+        let mut case = Constrained::new(Disk, &[0.1, 0.2], &[(-INFINITY, 2.0), (-5.0, 5.0)]);
+        case.description.variable_bounds[0] = Bounds { lower: 0.5, upper: 0.5 };
+        let outcome = run(&method, &mut case);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+        assert_relative_eq!(outcome.x[..], [0.5, -(1.75f64.sqrt())], epsilon = 1e-6);
+    }
+    // nothing is free: the start is judged
+    let fixed = |limit: f64| Constrained::new(Disk, &[0.5, 0.5], &[(-INFINITY, limit), (-5.0, 5.0)]).bounded(0.5, 0.5);
+    assert_eq!(run(&Sqp::default(), &mut fixed(1.0)).status, Termination::Converged);
+    assert_eq!(run(&Sqp::default(), &mut fixed(0.1)).status, Termination::Infeasible);
 }
 
 #[test]

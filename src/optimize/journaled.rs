@@ -194,6 +194,10 @@ impl<P: Problem> Problem for Journaled<P> {
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.inner.metric(x)
     }
+
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        self.inner.natural_steps()
+    }
 }
 
 #[cfg(test)]

@@ -1,14 +1,15 @@
 //! First-order optimality under constraints: multipliers, and what they leave of the gradient.
 
-use super::outcome::projected_gradient;
 use super::vector::{dot, norm};
 use crate::design::{Bounds, Evaluation, Problem};
 use nalgebra::{DMatrix, DVector};
 
-/// Distance from a bound, in scaled variables (to first order for constraints), within which it counts as reached.
+/// Distance from a bound, in natural steps of the variables (to first order for constraints), within which it counts
+/// as reached.
 pub(crate) const REACHED: f64 = 1e-4;
-/// Singular values below this share of the largest count as zero.
-const RANK: f64 = 1e-12;
+/// Singular values below this share of the largest count as zero: constraints that depend on each other share their
+/// multiplier instead of having two huge ones that cancel.
+const RANK: f64 = 1e-9;
 
 /// How far a point is from satisfying the first-order conditions (Karush, Kuhn and Tucker).
 #[derive(Debug, Clone, PartialEq)]
@@ -19,9 +20,10 @@ pub(super) struct Optimality {
     /// One for each variable: the derivative of the optimal objective with respect to the bound that holds it, 0 where
     /// none does.
     pub bound_multipliers: Vec<f64>,
-    /// Largest entry of the projected gradient of the Lagrangian, or of multiplier times distance from its bound.
+    /// Largest entry of the projected gradient of the Lagrangian, or of multiplier times distance from its bound, with
+    /// the variables in natural steps.
     pub residual: f64,
-    /// Euclidean norm of the projected gradient of the Lagrangian.
+    /// Euclidean norm of the projected gradient of the Lagrangian, with the variables in natural steps.
     pub norm: f64,
 }
 
@@ -89,18 +91,57 @@ pub(super) fn reached(value: f64, bounds: &Bounds, slope: f64) -> Option<ActiveB
     }
 }
 
+/// A point of a problem with its derivatives, the variables counted in natural steps.
+struct Measured<'a> {
+    x: Vec<f64>,
+    variable_bounds: Vec<Bounds>,
+    gradient: Vec<f64>,
+    constraints: &'a [f64],
+    constraint_bounds: &'a [Bounds],
+    jacobian: Vec<Vec<f64>>,
+    steps: Vec<f64>,
+}
+
+impl<'a> Measured<'a> {
+    fn new(problem: &'a dyn Problem, x: &[f64], evaluation: &'a Evaluation) -> Self {
+        let description = problem.description();
+        let steps = problem.natural_steps().unwrap_or_else(|| vec![1.0; x.len()]);
+        let scaled = |row: &[f64]| row.iter().zip(&steps).map(|(g, step)| g * step).collect::<Vec<f64>>();
+        let bounds = description.variable_bounds.iter().zip(&steps);
+        Self {
+            x: x.iter().zip(&steps).map(|(x, step)| x / step).collect(),
+            variable_bounds: bounds.map(|(b, s)| Bounds { lower: b.lower / s, upper: b.upper / s }).collect(),
+            gradient: scaled(&evaluation.gradient),
+            constraints: &evaluation.constraints,
+            constraint_bounds: &description.constraint_bounds,
+            jacobian: evaluation.jacobian.iter().map(|row| scaled(row)).collect(),
+            steps,
+        }
+    }
+}
+
+/// Derivative of a constraint per natural step, relative to its value, below which nothing that is free changes it.
+const CONSTANT: f64 = 1e-9;
+
+/// Whether no variable changes a constraint of this value and bounds: all that its gradient has is round-off.
+pub(super) fn is_constant(value: f64, bounds: &Bounds, slope: f64) -> bool {
+    let finite = |b: f64| if b.is_finite() { b.abs() } else { 0.0 };
+    let size = value.abs().max(finite(bounds.lower)).max(finite(bounds.upper));
+    slope <= CONSTANT * size + 1e-15
+}
+
 /// The optimality of `x`.
 ///
 /// The multipliers minimise the norm of what is left of the gradient over all multipliers of the right sign for what is
 /// reached at `x` (violated constraints included). They depend on the point only, not on the way to it.
 pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluation) -> Optimality {
-    let bounds = &problem.description().variable_bounds;
+    let at = Measured::new(problem, x, evaluation);
     let multipliers = if evaluation.constraints.is_empty() {
         Vec::new()
     } else {
         let all = |_: usize| true;
-        let (numbers, columns) = active(problem, x, evaluation, &all);
-        let weights = nonnegative_least_squares(&columns, &evaluation.gradient);
+        let (numbers, columns) = active(&at, &all);
+        let weights = nonnegative_least_squares(&columns, &at.gradient);
         let mut multipliers = vec![0.0; evaluation.constraints.len()];
         for ((number, column), weight) in numbers.iter().zip(&columns).zip(weights) {
             if let Some(number) = number {
@@ -109,20 +150,29 @@ pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluati
         }
         multipliers
     };
-    let mut gradient = evaluation.gradient.clone();
-    for (row, multiplier) in evaluation.jacobian.iter().zip(&multipliers).filter(|(_, m)| **m != 0.0) {
+    let mut gradient = at.gradient.clone();
+    for (row, multiplier) in at.jacobian.iter().zip(&multipliers).filter(|(_, m)| **m != 0.0) {
         gradient.iter_mut().zip(row).for_each(|(g, a)| *g -= multiplier * a);
     }
-    let (largest, squares) =
-        projected_gradient(x, &gradient, bounds).fold((0.0, 0.0), |(l, s): (f64, f64), g| (l.max(g.abs()), s + g * g));
+    let left = at.x.iter().zip(&gradient).zip(&at.variable_bounds).map(|((x, g), b)| reducible(*x, *g, b));
+    let (largest, squares) = left.fold((0.0, 0.0), |(l, s): (f64, f64), g| (l.max(g.abs()), s + g * g));
     // a constraint that pulls must be at its bound
-    let values = evaluation.constraints.iter().zip(&problem.description().constraint_bounds).zip(&multipliers);
+    let values = evaluation.constraints.iter().zip(at.constraint_bounds).zip(&multipliers);
     let slack = values
         .filter(|(_, m)| **m != 0.0)
         .map(|((value, b), m)| m.abs() * if *m > 0.0 { (value - b.lower).abs() } else { (b.upper - value).abs() });
     let residual = slack.fold(largest, f64::max);
-    let bound_multipliers = x.iter().zip(&gradient).zip(bounds).map(|((x, g), b)| held_by(*x, *g, b)).collect();
+    let held = at.x.iter().zip(&gradient).zip(&at.variable_bounds).map(|((x, g), b)| held_by(*x, *g, b));
+    let bound_multipliers = held.zip(&at.steps).map(|(held, step)| held / step).collect();
     Optimality { multipliers, bound_multipliers, residual, norm: squares.sqrt() }
+}
+
+/// What a natural step of a variable, or the way to its bound if that is shorter, would gain to first order.
+///
+/// Unlike the clipped gradient it scales with the objective.
+fn reducible(x: f64, slope: f64, bounds: &Bounds) -> f64 {
+    let room = if slope > 0.0 { x - bounds.lower } else { bounds.upper - x };
+    slope * room.clamp(0.0, 1.0)
 }
 
 /// The part of a Lagrangian's derivative that the bound of a variable takes up; 0 where no bound does.
@@ -136,14 +186,9 @@ fn held_by(x: f64, slope: f64, bounds: &Bounds) -> f64 {
     if held { slope } else { 0.0 }
 }
 
-/// The gradients of everything reached at `x`, pointing into the feasible region; the first list tells which constraint
+/// The gradients of everything reached, pointing into the feasible region; the first list tells which constraint
 /// (those that `wanted` selects), `None` for a variable at its bound.
-fn active(
-    problem: &dyn Problem,
-    x: &[f64],
-    evaluation: &Evaluation,
-    wanted: &dyn Fn(usize) -> bool,
-) -> (Vec<Option<usize>>, Vec<ActiveGradient>) {
+fn active(at: &Measured<'_>, wanted: &dyn Fn(usize) -> bool) -> (Vec<Option<usize>>, Vec<ActiveGradient>) {
     let (mut numbers, mut columns) = (Vec::new(), Vec::new());
     let mut push = |number: Option<usize>, gradient: Vec<f64>, side: ActiveBound| {
         let (sign, free) = match side {
@@ -154,15 +199,18 @@ fn active(
         numbers.push(number);
         columns.push(ActiveGradient { gradient, sign, free });
     };
-    let rows = evaluation.constraints.iter().zip(&evaluation.jacobian).zip(&problem.description().constraint_bounds);
+    let rows = at.constraints.iter().zip(&at.jacobian).zip(at.constraint_bounds);
     for (number, ((&value, row), bounds)) in rows.enumerate().filter(|(number, _)| wanted(*number)) {
-        if let Some(side) = reached(value, bounds, norm(row)) {
+        let slope = norm(row);
+        if let Some(side) = reached(value, bounds, slope)
+            && !is_constant(value, bounds, slope)
+        {
             push(Some(number), row.clone(), side);
         }
     }
-    for (i, (&value, bounds)) in x.iter().zip(&problem.description().variable_bounds).enumerate() {
+    for (i, (&value, bounds)) in at.x.iter().zip(&at.variable_bounds).enumerate() {
         if let Some(side) = reached(value, bounds, 1.0) {
-            let mut unit = vec![0.0; x.len()];
+            let mut unit = vec![0.0; at.x.len()];
             unit[i] = 1.0;
             push(None, unit, side);
         }
@@ -178,19 +226,19 @@ pub(super) fn opposition(
     evaluation: &Evaluation,
     tolerance: f64,
 ) -> (Vec<usize>, bool) {
-    let violated =
-        |k: usize| problem.description().constraint_bounds[k].violation(evaluation.constraints[k]) > tolerance;
+    let at = Measured::new(problem, x, evaluation);
+    let violated = |k: usize| at.constraint_bounds[k].violation(evaluation.constraints[k]) > tolerance;
     // the way that reduces the violations, each measured as a distance in the variables
     let mut wanted = vec![0.0; x.len()];
-    for (k, row) in evaluation.jacobian.iter().enumerate().filter(|(k, _)| violated(*k)) {
-        let short = evaluation.constraints[k] < problem.description().constraint_bounds[k].lower;
+    for (k, row) in at.jacobian.iter().enumerate().filter(|(k, _)| violated(*k)) {
+        let short = evaluation.constraints[k] < at.constraint_bounds[k].lower;
         let slope = norm(row).max(f64::MIN_POSITIVE);
         wanted.iter_mut().zip(row).for_each(|(w, a)| *w += if short { a / slope } else { -a / slope });
     }
     // held by: −wanted is a combination of what points into the feasible region
     wanted.iter_mut().for_each(|w| *w = -*w);
     let met = |k: usize| !violated(k);
-    let (numbers, columns) = active(problem, x, evaluation, &met);
+    let (numbers, columns) = active(&at, &met);
     let weights = nonnegative_least_squares(&columns, &wanted);
     let significant = 1e-6 * norm(&wanted);
     let holding = numbers.iter().zip(&columns).zip(&weights);

@@ -25,6 +25,9 @@ pub(super) enum Halt {
     Observer,
 }
 
+/// Natural step of a variable over the largest, at least, where the start of a run is all that is known.
+const LEAST_STEP: f64 = 0.3;
+
 /// A problem that keeps the books of a run.
 pub(super) struct Ledger<'a> {
     problem: &'a mut dyn Problem,
@@ -32,6 +35,10 @@ pub(super) struct Ledger<'a> {
     limits: Limits,
     /// Largest violation of a constraint that counts as none.
     feasibility: f64,
+    /// Natural steps of the variables, where the method wants optimality relative to the objective.
+    steps: Option<Vec<f64>>,
+    /// Magnitude of the objective and of its gradient at the start.
+    first: (f64, f64),
     begun: Instant,
     best: Option<(Vec<f64>, Evaluation)>,
     trend: Trend,
@@ -57,6 +64,8 @@ impl<'a> Ledger<'a> {
             observer,
             limits,
             feasibility: 0.0,
+            steps: None,
+            first: (0.0, 0.0),
             begun: Instant::now(),
             best: None,
             trend: Trend::default(),
@@ -75,6 +84,42 @@ impl<'a> Ledger<'a> {
     pub(super) fn feasible_within(mut self, feasibility: f64) -> Self {
         self.feasibility = feasibility;
         self
+    }
+
+    /// Measures optimality relative to the objective, and variables in natural steps; where the problem knows none, they
+    /// are the entries of its start, small ones as the third of the largest, or 1 if it starts at the origin.
+    pub(super) fn measured(mut self) -> Self {
+        self.steps = self.natural_steps().or_else(|| {
+            let start = &self.description().start;
+            let largest = start.iter().fold(0.0, |l: f64, x| l.max(x.abs()));
+            let step = |x: &f64| if largest > 0.0 { x.abs().max(LEAST_STEP * largest) } else { 1.0 };
+            Some(start.iter().map(step).collect())
+        });
+        self
+    }
+
+    /// The KKT residual that counts as one: a hundredth of a natural step would then change the objective by as much as
+    /// itself. No more than a thousand times the gradient, and no less than a ten-thousandth of the unit at the start. It
+    /// is 1 for methods that do not ask for a relative measure.
+    pub(super) fn unit(&self, evaluation: &Evaluation) -> f64 {
+        if self.steps.is_none() {
+            return 1.0;
+        }
+        let (size, slope) = self.size_and_slope(evaluation);
+        let floor = 1e-4 * (100.0 * self.first.0).max(self.first.1);
+        (100.0 * size).min(1e3 * slope.max(1e-2 * self.first.1)).max(floor).max(f64::MIN_POSITIVE)
+    }
+
+    /// Magnitude of the objective, and the largest entry of its gradient by natural steps.
+    fn size_and_slope(&self, evaluation: &Evaluation) -> (f64, f64) {
+        let slope = |(k, g): (usize, &f64)| g.abs() * self.steps.as_ref().map_or(1.0, |steps| steps[k]);
+        let steepest = evaluation.gradient.iter().enumerate().map(slope).fold(0.0, f64::max);
+        (evaluation.objective.abs(), steepest)
+    }
+
+    /// The KKT residual of a point, relative where the method asked for that.
+    pub(super) fn residual(&self, point: &Iterate) -> f64 {
+        point.optimality.residual / self.unit(&point.evaluation)
     }
 
     /// The point that a run which ends at `point` hands out: the best so far, which is the lowest objective among the
@@ -149,22 +194,23 @@ impl<'a> Ledger<'a> {
             }
             None => verdict,
         };
-        let (x, evaluation) = match self.best {
-            Some((x, evaluation)) => (x, Some(evaluation)),
-            None => (self.problem.description().start.to_vec(), None),
+        let (x, evaluation) = match &self.best {
+            Some((x, evaluation)) => (x.clone(), Some(evaluation.clone())),
+            None => (self.problem.description().start.clone(), None),
         };
-        let (optimality, violation) = match &evaluation {
+        let (optimality, unit, violation) = match &evaluation {
             Some(evaluation) => (
-                optimality(self.problem, &x, evaluation),
+                optimality(&self, &x, evaluation),
+                self.unit(evaluation),
                 evaluation.violation(&self.problem.description().constraint_bounds),
             ),
-            None => (Optimality::unknown(), f64::NAN),
+            None => (Optimality::unknown(), 1.0, f64::NAN),
         };
         let cut = [Termination::EvaluationLimit, Termination::IterationLimit, Termination::Interrupted];
         if cut.contains(&status) && evaluation.is_some() {
             // at the limit of iterations the methods for constraints have said it
             if self.halt.is_some() || self.problem.description().constraint_names.is_empty() {
-                message += &standing(optimality.residual, violation);
+                message += &standing(optimality.residual / unit, violation);
             }
             message += &self.trend.words(self.evaluations, self.feasibility);
         }
@@ -181,7 +227,7 @@ impl<'a> Ledger<'a> {
             failures: self.failures,
             hessians: self.hessians,
             iterations: self.iteration,
-            kkt_residual: optimality.residual,
+            kkt_residual: optimality.residual / unit,
             gradient_norm: optimality.norm,
             multipliers: optimality.multipliers,
             bound_multipliers: optimality.bound_multipliers,
@@ -241,6 +287,11 @@ impl Ledger<'_> {
         let result = result.and_then(|evaluation| usable(evaluation, x.len(), constraints));
         let result = result.map_err(|failure| self.failed(failure));
         self.last_failed = result.is_err();
+        if let Ok(evaluation) = &result
+            && self.best.is_none()
+        {
+            self.first = self.size_and_slope(evaluation);
+        }
         let step = self.best.as_ref().map_or(0.0, |(best, _)| distance(best, x));
         let improved = result.as_ref().is_ok_and(|evaluation| self.improves(evaluation));
         if let Ok(evaluation) = &result
@@ -253,7 +304,7 @@ impl Ledger<'_> {
         let (violation, gradient_norm) = match &result {
             Ok(evaluation) => {
                 let violation = evaluation.violation(&self.problem.description().constraint_bounds);
-                (violation, if wanted { optimality(self.problem, x, evaluation).norm } else { f64::NAN })
+                (violation, if wanted { optimality(self, x, evaluation).norm } else { f64::NAN })
             }
             Err(_) => (f64::NAN, f64::NAN),
         };
@@ -328,5 +379,14 @@ impl Problem for Ledger<'_> {
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         let fits = |m: &DMatrix<f64>| m.shape() == (x.len(), x.len()) && m.iter().all(|v| v.is_finite());
         self.problem.metric(x).filter(fits)
+    }
+
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        if self.steps.is_some() {
+            return self.steps.clone();
+        }
+        let n = self.description().variable_names.len();
+        let fits = |steps: &Vec<f64>| steps.len() == n && steps.iter().all(|s| s.is_finite() && *s > 0.0);
+        self.problem.natural_steps().filter(fits)
     }
 }

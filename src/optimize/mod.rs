@@ -4,8 +4,7 @@
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
 //! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives
 //!   only;
-//! * [`Sqp`]: sequential quadratic programming in a trust region, with the curvature sampled from exact gradients: the
-//!   fewest iterations where many directions matter little;
+//! * [`Sqp`]: sequential quadratic programming in a trust region, for problems with constraints: the fewest evaluations;
 //! * [`Method`]: any of them behind one type, as a case file names it;
 //! * [`Bounded`]: bounds on variables by a smooth change of variables, which the first two use by themselves;
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
@@ -67,6 +66,7 @@ mod method;
 mod newton;
 mod optimizer;
 mod outcome;
+mod redundancy;
 mod settings;
 mod slsqp;
 mod sqp;

@@ -71,11 +71,15 @@ pub struct Outcome {
     pub hessians: usize,
     /// Iterations of the method.
     pub iterations: usize,
-    /// How far `x` is from satisfying the first-order conditions (Karush, Kuhn and Tucker): the largest entry of
-    /// [`projected_gradient`] of the Lagrangian `objective − Σ multiplier · constraint`, so without bounds and
-    /// constraints the largest entry of the gradient. NaN where there is no evaluation.
+    /// How far `x` is from satisfying the first-order conditions (Karush, Kuhn and Tucker): the largest entry of the
+    /// gradient of the Lagrangian `objective − Σ multiplier · constraint` by [natural steps](Problem::natural_steps) of
+    /// the variables, for a variable closer to its bound than a step times that distance. The methods that take
+    /// constraints divide it by a hundred times the objective: it is then the relative change of the objective that a
+    /// hundredth of a natural step could still bring, whatever the scale of objective and variables. (Where the
+    /// objective is next to nothing, or large against its gradient, the gradient serves.) NaN where there is no
+    /// evaluation.
     pub kkt_residual: f64,
-    /// Euclidean norm of that projected gradient. NaN where there is no evaluation.
+    /// Euclidean norm of that gradient, not divided by anything. NaN where there is no evaluation.
     pub gradient_norm: f64,
     /// For each constraint the derivative of the optimal objective with respect to the bound that is reached:
     /// positive at a lower bound, negative at an upper one, 0 where none is reached. They are those that fit the
@@ -106,7 +110,7 @@ pub struct Progress<'a> {
     pub best_objective: f64,
     /// Largest violation of a constraint, 0 without constraints; NaN for a failed evaluation.
     pub violation: f64,
-    /// Euclidean norm of [`projected_gradient`] of the Lagrangian; NaN for a failed evaluation.
+    /// Euclidean norm of the gradient of the Lagrangian as in [`Outcome::gradient_norm`]; NaN for a failed evaluation.
     pub gradient_norm: f64,
     /// Euclidean distance from the best point before this evaluation; 0 for the first.
     pub step: f64,
@@ -135,7 +139,7 @@ pub enum OptimizeError {
     },
     /// The method takes no constraints.
     #[error(
-        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"slsqp\""
+        "method \"{method}\" takes no constraints, and the problem has {count} (first: \"{first}\"); add them to the objective or use method \"sqp\" or \"slsqp\""
     )]
     ConstraintsNotSupported {
         /// Name of the method.

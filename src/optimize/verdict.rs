@@ -4,6 +4,7 @@ use super::engineering::engineering;
 use super::kkt::{ActiveBound, Iterate, opposition, reached};
 use super::ledger::Ledger;
 use super::outcome::Termination;
+use super::redundancy;
 use super::trend::standing;
 use super::vector::norm;
 use crate::design::{Bounds, Problem};
@@ -44,9 +45,11 @@ pub(super) fn no_descent(slope: f64, steepest: f64) -> (Termination, String) {
 pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let mut message = format!(
         "No direction that keeps the constraints lowers the objective any more: KKT residual {:.1e}, largest violation {:.1e}.",
-        point.optimality.residual, point.violation
+        ledger.residual(point),
+        point.violation
     );
     message += &holding(ledger, point);
+    message += &redundancy::in_words(ledger, point);
     message
 }
 
@@ -117,7 +120,7 @@ pub(super) fn out_of_iterations(ledger: &Ledger<'_>, point: &Iterate) -> String 
     format!(
         "Stopped at the limit of {} iterations before a tolerance was met.{}",
         ledger.iteration,
-        standing(point.optimality.residual, point.violation)
+        standing(ledger.residual(point), point.violation)
     )
 }
 
@@ -126,7 +129,7 @@ pub(super) fn beset(ledger: &Ledger<'_>, point: &Iterate) -> (Termination, Strin
     let message = format!(
         "Every step leads to shapes that cannot be analysed: {}. KKT residual {:.1e}, largest violation {:.1e}; try a start further off, or bounds or constraints that keep such shapes out.",
         ledger.last_failure(),
-        point.optimality.residual,
+        ledger.residual(point),
         point.violation
     );
     (Termination::Failed, message)
@@ -138,10 +141,11 @@ pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> (
         return (Termination::Infeasible, contradiction(ledger, point, tolerance));
     }
     let message = format!(
-        "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}",
-        point.optimality.residual,
+        "No step leads further at the precision the problem is computed with; KKT residual {:.1e}, largest violation {:.1e}.{}{}",
+        ledger.residual(point),
         point.violation,
-        holding(ledger, point)
+        holding(ledger, point),
+        redundancy::in_words(ledger, point)
     );
     (Termination::Stalled, message)
 }

@@ -49,7 +49,7 @@ impl DesignProblem {
         Ok(total)
     }
 
-    /// The distortion of the box plus the identity: steps that keep the cells' areas may be long.
+    /// The distortion of the box plus the squares of natural steps: steps that keep the cells' areas may be long.
     pub(super) fn distortion(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.tangents.as_ref()?;
         self.set_scaled(x);
@@ -59,7 +59,8 @@ impl DesignProblem {
         let mut metric = DMatrix::zeros(x.len(), x.len());
         self.project(&of_net, 1.0, &mut metric);
         self.scale_both(&mut metric);
-        (0..x.len()).for_each(|k| metric[(k, k)] += 1.0);
+        let natural = self.geometry.variables().iter().map(|v| v.scale / v.step);
+        natural.enumerate().for_each(|(k, size)| metric[(k, k)] += size * size);
         Some(metric)
     }
 

@@ -6,8 +6,9 @@
 use super::edge::EdgeLaw;
 use super::equations::{EQUATIONS, Interval, Layer, Link, first, turned};
 use super::interval::{Merged, Span};
+use super::side::Side;
 use super::station::{ByStation, Derived, Regime, State, UNKNOWNS};
-use super::unknowns::{ByGlobal, GLOBALS, Side, Unknowns};
+use super::unknowns::{ByGlobal, GLOBALS, Unknowns};
 use crate::differentiate::Tangent;
 use crate::flow::memory::{Recycled, kept};
 

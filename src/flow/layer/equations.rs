@@ -8,11 +8,12 @@
 use super::edge::EdgeLaw;
 use super::interval::{Merged, Span, growth, lag, momentum_and_energy, similarity, upwind_weight};
 use super::layout::Layout;
+use super::side::Side;
 use super::station::{Derived, Regime, State, transition_state};
 use super::transition;
-use super::unknowns::{GLOBALS, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns};
+use super::unknowns::{GLOBALS, Numbering, STAGNATION, TOTAL, TRANSITION, Unknowns};
 use crate::differentiate::Tangent;
-use crate::flow::surface_map::SurfaceMap;
+use crate::flow::surface::SurfaceMap;
 use crate::scalar::Scalar;
 
 /// Number of equations of a station.

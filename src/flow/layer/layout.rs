@@ -5,9 +5,9 @@
 //! ones is measured in nodes of the surface: stations crowd where the nodes do, at hinges and kinks and towards the
 //! trailing edge, because what the panels resolve there the layer must see.
 
-use super::unknowns::Side;
+use super::side::Side;
 use crate::flow::memory::Memo;
-use crate::flow::surface_map::SurfaceMap;
+use crate::flow::surface::SurfaceMap;
 use crate::scalar::Scalar;
 use std::sync::Arc;
 

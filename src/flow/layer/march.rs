@@ -7,9 +7,10 @@
 use super::edge::EdgeLaw;
 use super::equations::{Interval, Layer, first};
 use super::interval::{Merged, Span, growth};
+use super::side::Side;
 use super::station::{Derived, Regime, State, transition_state};
 use super::transition;
-use super::unknowns::{Side, Unknowns};
+use super::unknowns::Unknowns;
 use crate::differentiate::Tangent;
 use crate::flow::duals::{Dual2, Dual3};
 use nalgebra::{SMatrix, SVector};

@@ -19,6 +19,7 @@ pub(crate) mod interval;
 pub(crate) mod layout;
 mod march;
 mod project;
+mod side;
 mod station;
 mod steps;
 mod transition;
@@ -34,9 +35,10 @@ pub(crate) use edge::{Edge, EdgeLaw, FreeStream};
 pub(crate) use equations::{EQUATIONS, Layer};
 pub(crate) use layout::Layout;
 pub(crate) use march::OuterSpeeds;
+pub(crate) use side::Side;
 pub(crate) use station::{ByStation, Derived, Regime, State};
 pub(crate) use steps::Metric;
 pub(crate) use transition::is_inside;
 pub(crate) use unknowns::{
-    ByGlobal, Change, GLOBAL_UNKNOWNS, GLOBALS, Numbering, STAGNATION, Side, TOTAL, TRANSITION, Unknowns,
+    ByGlobal, Change, GLOBAL_UNKNOWNS, GLOBALS, Numbering, STAGNATION, TOTAL, TRANSITION, Unknowns,
 };

@@ -9,9 +9,10 @@ use super::closure::shape;
 use super::edge::EdgeLaw;
 use super::equations::{EQUATIONS, Interval, Layer, first};
 use super::interval::{Merged, Span};
+use super::side::Side;
 use super::station::{ByStation, Derived, Regime, State, transition_state};
 use super::transport::Profiles;
-use super::unknowns::{Side, Unknowns};
+use super::unknowns::Unknowns;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Largest number of Newton iterations at one station.

@@ -2,10 +2,11 @@
 
 use super::edge::EdgeLaw;
 use super::equations::Layer;
+use super::side::Side;
 use super::station::{Regime, State, UNKNOWNS};
 use super::transition::kept_inside;
 use super::transport::Profiles;
-use super::unknowns::{Change, Numbering, Side, Unknowns};
+use super::unknowns::{Change, Numbering, Unknowns};
 
 /// Largest logarithm of Hk − 1: far beyond any layer, and short of an overflow.
 const LARGEST_LOG_SHAPE: f64 = 8.0;

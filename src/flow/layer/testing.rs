@@ -3,9 +3,9 @@
 use super::edge::EdgeLaw;
 use super::equations::{EQUATIONS, Interval, Layer, Link, first, turned};
 use super::interval::{Merged, Span};
+use super::side::Side;
 use super::station::{Derived, Regime};
 use super::transition;
-use super::unknowns::Side;
 use crate::scalar::Scalar;
 
 /// [`Layer::residuals`] for abscissas that may move too.

@@ -6,7 +6,7 @@ use super::{
     Unknowns,
 };
 use crate::flow::layer::ByGlobal;
-use crate::flow::surface_map::SurfaceMap;
+use crate::flow::surface::SurfaceMap;
 use num_dual::Dual64;
 
 /// Length of the plate, which both sides of the layer grow along from the leading edge to the trailing edge.

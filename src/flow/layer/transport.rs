@@ -5,9 +5,10 @@
 //! a long step of transition moves the stations through the layer in place of moving the layer.
 
 use super::layout::Layout;
+use super::side::Side;
 use super::station::State;
-use super::unknowns::{Numbering, Side, Unknowns};
-use crate::flow::surface_map::SurfaceMap;
+use super::unknowns::{Numbering, Unknowns};
+use crate::flow::surface::SurfaceMap;
 
 /// The states of both sides as functions of the logarithm of the distance from the stagnation point: cubic Hermite
 /// pieces, one function for the laminar layer and one for the turbulent one.

@@ -1,10 +1,10 @@
 //! The unknowns of the coupled system and their numbering.
 
 use super::layout::Layout;
+use super::side::Side;
 use super::station::{Regime, State};
 use crate::differentiate::Tangent;
-use crate::flow::surface_map::SurfaceMap;
-use crate::scalar::Scalar;
+use crate::flow::surface::SurfaceMap;
 
 /// Number of global directions of derivatives: the arc length of the stagnation point from the first node, the arc
 /// lengths from there to transition on the upper and on the lower side, and the total arc length of the surface. The
@@ -20,54 +20,6 @@ pub(crate) const TRANSITION: [usize; 2] = [1, 2];
 pub(crate) const TOTAL: usize = 3;
 /// Number of global directions that are unknowns of the system; they come first.
 pub(crate) const GLOBAL_UNKNOWNS: usize = 3;
-
-/// One of the two sides of the section.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    Upper,
-    Lower,
-}
-
-impl Side {
-    pub const BOTH: [Self; 2] = [Self::Upper, Self::Lower];
-
-    /// Position of the side in arrays: 0 for the upper side, 1 for the lower side.
-    pub fn index(self) -> usize {
-        self as usize
-    }
-
-    /// Sign of the vortex strength and of the signed mass defect on this side.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Upper => 1.0,
-            Self::Lower => -1.0,
-        }
-    }
-
-    /// Length of this side from the stagnation point, given by the arc length there, to the trailing edge.
-    pub fn length<S: Scalar>(self, stagnation: S, total: S) -> S {
-        match self {
-            Self::Upper => stagnation,
-            Self::Lower => total - stagnation,
-        }
-    }
-
-    /// Distance along this side from the stagnation point to a place, both given by their arc lengths.
-    pub fn distance<S: Scalar>(self, stagnation: S, place: S) -> S {
-        match self {
-            Self::Upper => stagnation - place,
-            Self::Lower => place - stagnation,
-        }
-    }
-
-    /// Arc length from the first node of the place at a distance from the stagnation point on this side.
-    pub fn place<S: Scalar>(self, stagnation: S, distance: S) -> S {
-        match self {
-            Self::Upper => stagnation - distance,
-            Self::Lower => stagnation + distance,
-        }
-    }
-}
 
 /// All unknowns of the coupled system.
 ///

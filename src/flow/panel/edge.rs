@@ -143,8 +143,8 @@ impl EdgeEquation {
 
 /// Velocity of the closing panel of a blunt edge at `point`, per unit edge speed at the trailing edge.
 pub(crate) fn closing_velocity(outline: &Outline, point: [f64; 2]) -> [f64; 2] {
-    let (nodes, n) = (&outline.nodes, outline.len());
-    let frame = TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
+    let n = outline.len();
+    let frame = outline.edge_frame();
     let panel = outline.panel(n - 1);
     let length = distance(panel[0], panel[1]);
     let v = velocity_influence(panel, point, Place::Elsewhere);

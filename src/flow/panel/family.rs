@@ -8,7 +8,7 @@ use crate::flow::condition::Settings;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::search::{self, Effort, End, Family, newton};
 use crate::flow::solution::Attempt;
-use crate::flow::surface_map::SurfaceMap;
+use crate::flow::surface::SurfaceMap;
 
 /// Largest number of iterations of a warm start; a march is closer to a flow that takes more.
 const WARM_ITERATIONS: usize = 8;

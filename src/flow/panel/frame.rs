@@ -9,7 +9,7 @@ use crate::differentiate::{Tangent, lift_root};
 use crate::flow::FlowError;
 use crate::flow::coefficients::Derivatives;
 use crate::flow::duals::gradient;
-use crate::flow::index_spline::{IndexSpline, combine};
+use crate::flow::surface::spline::{IndexSpline, combine};
 use crate::plane::{cross, distance, dot, middle, minus};
 use crate::scalar::Scalar;
 

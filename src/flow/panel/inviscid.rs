@@ -2,7 +2,7 @@
 
 use super::edge::EdgeEquation;
 use super::kernel::stream_influence;
-use super::outline::{Outline, TrailingEdge, TrailingEdgeFrame};
+use super::outline::{Outline, TrailingEdge};
 use super::polar::{Polar, Straight};
 use crate::flow::FlowError;
 use crate::flow::linear::Factors;
@@ -92,7 +92,7 @@ impl PanelSystem {
 pub(crate) fn closing_influence(outline: &Outline, i: usize) -> f64 {
     let n = outline.len();
     let nodes = &outline.nodes;
-    let frame = TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]]);
+    let frame = outline.edge_frame();
     let panel = outline.panel(n - 1);
     let influence = stream_influence(panel, nodes[i], outline.place(i, n - 1));
     let length = distance(panel[0], panel[1]);

@@ -61,6 +61,12 @@ impl Outline {
         [self.nodes[j], self.nodes[next]]
     }
 
+    /// The trailing edge.
+    pub fn edge_frame(&self) -> TrailingEdgeFrame<f64> {
+        let (nodes, n) = (&self.nodes, self.len());
+        TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]])
+    }
+
     /// Index of the node with the least x, the first of several.
     pub fn foremost(&self) -> usize {
         (1..self.len()).fold(0, |best, i| if self.nodes[i][0] < self.nodes[best][0] { i } else { best })

@@ -9,9 +9,9 @@ use super::frame::Nodes;
 use super::outputs;
 use super::record::{PanelRecord, Sought, supersonic};
 use crate::flow::condition::{Condition, Settings};
-use crate::flow::index_spline::invert;
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::solution::{Attempt, Solution, Status};
+use crate::flow::surface::spline::invert;
 use std::sync::Arc;
 
 /// Largest number of solutions on the way to a prescribed lift coefficient.

@@ -5,7 +5,6 @@
 //! derivatives. It matters behind cambered tails, where the closed form turns far too slowly: the lift of an S1223
 //! would be 3 % too small.
 
-use super::coupling::response::edge_frame;
 use super::edge::closing_velocity;
 use super::inviscid::PanelSystem;
 use super::kernel::Place;
@@ -72,7 +71,7 @@ pub(crate) fn nodes<S: Scalar>(edge: &TrailingEdgeFrame<S>, velocity: &[[S; 2]],
 impl Streamline {
     /// The path for the strengths at the nodes without boundary layer at the incidence `alpha` in radians.
     pub fn new(panels: &PanelSystem, strengths: &[f64], alpha: f64, distances: &[f64]) -> Self {
-        let frame = edge_frame(&panels.outline);
+        let frame = panels.outline.edge_frame();
         let wind = [alpha.cos(), alpha.sin()];
         let places = places(&frame, wind, distances);
         let from_surface = Polar::new(&places, &panels.outline.nodes);

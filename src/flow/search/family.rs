@@ -1,7 +1,7 @@
 //! The interface through which Newton's method and the search see a flow, and the limits of an attempt.
 
 use crate::flow::layer::{Change, EdgeLaw, Layer, Layout, Unknowns};
-use crate::flow::surface_map::SurfaceMap;
+use crate::flow::surface::SurfaceMap;
 
 /// Residuals of all equations at some unknowns.
 pub(crate) trait Residuals {

@@ -29,15 +29,14 @@ use std::ops::ControlFlow;
 /// not be feasible. A failed analysis halves the step, up to ten times.
 ///
 /// The run has converged where every constraint is met within
-/// [`feasibility_tolerance`](Self::feasibility_tolerance) and the [KKT residual](Outcome::kkt_residual) is at most
-/// [`optimality_tolerance`](Self::optimality_tolerance) times the largest projected gradient of the objective met so
-/// far, or times 1 if that is less. [`Outcome::multipliers`] and the message tell which constraints hold the design.
+/// [`feasibility_tolerance`](Self::feasibility_tolerance) and the [KKT residual](Outcome::kkt_residual), which is
+/// relative to the objective, is at most [`optimality_tolerance`](Self::optimality_tolerance). [`Outcome::multipliers`] and the message tell which constraints hold the design.
 ///
 /// Where no constraint can be met any better the run ends as [`Termination::Infeasible`] and the message names what
 /// stands against what.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slsqp {
-    /// KKT residual, in units of the largest gradient met (at most 1), at which the run has converged.
+    /// KKT residual, relative to the objective, at which the run has converged.
     pub optimality_tolerance: f64,
     /// Largest violation of a constraint, in its own unit, that counts as none.
     pub feasibility_tolerance: f64,
@@ -93,7 +92,8 @@ impl Optimizer for Slsqp {
         self.check()?;
         check(problem)?;
         refuse_size(problem, Self::NAME)?;
-        let ledger = Ledger::new(problem, observer, self.limits).feasible_within(self.feasibility_tolerance);
+        let ledger = Ledger::new(problem, observer, self.limits);
+        let ledger = ledger.feasible_within(self.feasibility_tolerance).measured();
         let run = RefCell::new(SlsqpRun::new(ledger, self.first_step));
         let verdict = drive(&run, *self);
         Ok(run.into_inner().ledger.close(verdict))
@@ -116,21 +116,17 @@ enum LegEnd {
 /// Judges the points steps lead to.
 struct Judge {
     settings: Slsqp,
-    /// Largest projected gradient of the objective so far.
-    steepest: f64,
     watch: Watch,
 }
 
 impl Judge {
     fn new(settings: Slsqp) -> Self {
-        Self { settings, steepest: 0.0, watch: Watch::new(settings.feasibility_tolerance, settings.patience) }
+        Self { settings, watch: Watch::new(settings.feasibility_tolerance, settings.patience) }
     }
 
     /// The end of the run, if `point` is one.
     fn judge(&mut self, run: &mut SlsqpRun<'_>, point: &Iterate) -> Option<(Termination, String)> {
-        let slope = point.evaluation.gradient.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
-        self.steepest = self.steepest.max(slope);
-        let wanted = self.settings.optimality_tolerance * self.steepest.min(1.0);
+        let wanted = self.settings.optimality_tolerance * run.ledger.unit(&point.evaluation);
         Some(match self.watch.judge(&run.ledger, point, wanted)? {
             Ending::Optimal => {
                 run.ledger.settle_on(&point.x, &point.evaluation);

@@ -170,7 +170,7 @@ pub(super) fn constraint_reports(
 fn active_bounds(case: &Case, end: &CaseOutcome) -> Named<ActiveBoundReport> {
     let variables = case.problem.geometry().variables();
     let at_bound = variables.iter().zip(&end.variables).enumerate().filter_map(|(k, (variable, value))| {
-        let near = REACHED * variable.scale;
+        let near = REACHED * variable.step;
         let multiplier = end.outcome.bound_multipliers.get(k).map_or(0.0, |m| m / variable.scale);
         let (side, bound) = if value - variable.bounds.lower <= near {
             (Side::Lower, variable.bounds.lower)

@@ -4,7 +4,6 @@
 use super::reverse::{Collected, Lanes, Reverse, lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::duals::{Dual2, Dual3, Dual4, gradient};
-use crate::flow::index_spline::{combine, combine_real};
 use crate::flow::layer::equations::BY_TRIP;
 use crate::flow::layer::{Side, TOTAL};
 use crate::flow::linear::add_scaled;
@@ -12,6 +11,7 @@ use crate::flow::panel::coupling::projection;
 use crate::flow::panel::coupling::subpanel::{LocalSpeed, LocalSpeeds};
 use crate::flow::panel::coupling::system::signed;
 use crate::flow::panel::solved::{Direct, Solved};
+use crate::flow::surface::spline::{combine, combine_real};
 use num_dual::DualNum;
 
 /// Sensitivities to the node index of every point along the surface, and to the arc-length rate there.

@@ -4,7 +4,6 @@
 use super::reverse::{Collected, Lanes, lanes};
 use super::testing::{Sums, at_solutions};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
-use crate::flow::index_spline::combine_real;
 use crate::flow::layer::Derived;
 use crate::flow::panel::compressibility::PanelEdge;
 use crate::flow::panel::coupling::response::smooth;
@@ -13,6 +12,7 @@ use crate::flow::panel::coupling::system::{mass_defect, signed};
 use crate::flow::panel::outline::balance;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, assert_same, moving, wave};
+use crate::flow::surface::spline::combine_real;
 use nalgebra::{DMatrix, DVector};
 
 #[test]

@@ -5,7 +5,6 @@
 
 use super::subpanel;
 use crate::flow::FlowError;
-use crate::flow::index_spline::invert;
 use crate::flow::linear::product;
 use crate::flow::memory::Memo;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
@@ -14,7 +13,8 @@ use crate::flow::panel::outline::{Outline, TrailingEdge, TrailingEdgeFrame, arc_
 use crate::flow::panel::polar::{Polar, Straight};
 use crate::flow::panel::streamline::Streamline;
 use crate::flow::panel::wake;
-use crate::flow::surface_map::SurfaceMap;
+use crate::flow::surface::SurfaceMap;
+use crate::flow::surface::spline::invert;
 use crate::plane::distance;
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -75,13 +75,8 @@ impl SectionResponse {
     }
 
     pub fn edge_frame(&self) -> TrailingEdgeFrame<f64> {
-        edge_frame(&self.panels.outline)
+        self.panels.outline.edge_frame()
     }
-}
-
-pub(crate) fn edge_frame(outline: &Outline) -> TrailingEdgeFrame<f64> {
-    let (nodes, n) = (&outline.nodes, outline.len());
-    TrailingEdgeFrame::new([nodes[0], nodes[1]], [nodes[n - 2], nodes[n - 1]])
 }
 
 /// Number of smoothing passes over the mass defects at the nodes. The [wall](subpanel) response gives back what they
@@ -381,7 +376,7 @@ fn surface_to_wake(
     let mut strength = DMatrix::zeros(w, n);
     let mut source = DMatrix::zeros(w, n - 1);
     strength[(0, 0)] = 1.0;
-    let frame = edge_frame(outline);
+    let frame = outline.edge_frame();
     let along = |k: usize, v: [f64; 2]| v[0] * tangents[k][0] + v[1] * tangents[k][1];
     for j in 0..n - 1 {
         let panel = Straight::new(outline.panel(j));

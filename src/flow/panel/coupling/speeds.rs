@@ -3,10 +3,10 @@
 use super::projection;
 use super::response::{FlowResponse, SectionResponse};
 use super::subpanel::LocalSpeeds;
-use crate::flow::index_spline::{Weights, combine};
 use crate::flow::layer::{ByGlobal, GLOBALS, Layout, Numbering, STAGNATION, Side, TRANSITION, Unknowns};
 use crate::flow::linear::{add_scaled, dot};
 use crate::flow::memory::{give_back, large_zeros};
+use crate::flow::surface::spline::{Weights, combine};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::DualNum;

@@ -6,11 +6,11 @@ use super::reduced::Reduced;
 use super::response::{FlowResponse, SectionResponse, smooth, smooth_columns};
 use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
-use crate::flow::index_spline::{IndexSpline, combine_real};
 use crate::flow::layer::{Change, Layout, State, Unknowns};
 use crate::flow::panel::outline::Outline;
 use crate::flow::panel::testing::{assert_same, cambered_flows, wave};
 use crate::flow::search::Residuals;
+use crate::flow::surface::spline::{IndexSpline, combine_real};
 use crate::flow::testcases::naca_symmetric;
 
 /// Along the Newton step the residuals fall at the rate of their own size: that holds for every equation only if

@@ -2,12 +2,12 @@
 
 use super::{direct, drag, lowest_pressure, panel_count, suction_peaks};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
-use crate::flow::index_spline::combine;
 use crate::flow::layer::{Derived, Regime, Side, State};
 use crate::flow::panel::compressibility::{KarmanTsien, PanelEdge, panel_loads};
 use crate::flow::panel::outputs::Direct;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, assert_same, cambered_flows, moving, moving_along, wave};
+use crate::flow::surface::spline::combine;
 use num_dual::DualNum;
 
 /// Everything that moves a coefficient: the inputs, the strengths at the nodes, the last station and the places of all points.

@@ -3,7 +3,6 @@
 use super::super::reverse::{Collected, Lanes, Reverse, lanes};
 use super::super::testing::{Sums, at_solutions};
 use super::{AtPoints, add_lengths, add_local, add_projection, add_splines, add_surface, add_trip, entries};
-use crate::flow::index_spline::{combine, combine_real, invert};
 use crate::flow::layer::equations::BY_TRIP;
 use crate::flow::layer::{Derived, EdgeLaw, Side, testing};
 use crate::flow::panel::coupling::projection;
@@ -12,6 +11,7 @@ use crate::flow::panel::coupling::system::signed;
 use crate::flow::panel::outline::arc_lengths;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, assert_same, moving_along, wave};
+use crate::flow::surface::spline::{combine, combine_real, invert};
 use num_dual::DualNum;
 
 /// Node indices of the points along the surface, and arc lengths per index there.

@@ -1,6 +1,6 @@
 //! The map between node index and arc length: the geometry of the surface coordinate.
 
-use super::index_spline::{IndexSpline, combine, combine_real, invert};
+use super::spline::{IndexSpline, combine, combine_real, invert};
 use crate::differentiate::{Tangent, lift_root};
 use crate::scalar::Scalar;
 

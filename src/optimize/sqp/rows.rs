@@ -1,0 +1,74 @@
+//! The sides of the constraints, as the method counts them.
+
+use super::frame::Frame;
+use crate::design::{Bounds, Evaluation};
+use crate::optimize::constraint_row::ConstraintRow;
+use crate::optimize::kkt::is_constant;
+
+/// Distance that an inequality keeps from its bound at the beginning, in natural steps, where it is violated or nearly
+/// so at the start.
+const MARGIN: f64 = 0.05;
+/// Share of the room between two bounds that a margin may take.
+const SHARE: f64 = 0.25;
+/// Distance from its bound, in natural steps, at which an inequality gets a margin.
+const NEAR: f64 = 0.01;
+/// Factor of a margin from one iteration to the next.
+const DECAY: f64 = 0.7;
+/// Margin that is dropped.
+const LEAST_MARGIN: f64 = 1e-4;
+
+/// One side of a constraint: its value is to be at least 0, and its gradient has about the length one.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    pub side: ConstraintRow,
+    /// Distance it keeps from its bound for now.
+    pub margin: f64,
+    /// Price of its shortfall in the merit function.
+    pub weight: f64,
+}
+
+impl Row {
+    /// The distance from the bound and its margin.
+    pub fn value(&self, evaluation: &Evaluation) -> f64 {
+        self.side.value(evaluation) - self.margin
+    }
+
+    /// Lets the margin shrink after a step of some length: steps as short as itself have nothing to keep away from.
+    pub fn narrow(&mut self, length: f64) {
+        let kept = self.margin > LEAST_MARGIN && length > self.margin;
+        self.margin = if kept { DECAY * self.margin } else { 0.0 };
+    }
+
+    /// Measures the row by the steepest gradient it has had.
+    pub fn rescale(&mut self, frame: &Frame, evaluation: &Evaluation) {
+        let steeper = frame.slope(&evaluation.jacobian[self.side.constraint]) * self.side.factor.abs();
+        if steeper > 1.0 {
+            self.side.factor /= steeper;
+            self.weight *= steeper;
+            self.margin /= steeper;
+        }
+    }
+}
+
+/// All sides of all constraints at the start.
+pub(super) fn rows(bounds: &[Bounds], frame: &Frame, start: &Evaluation) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (constraint, (b, gradient)) in bounds.iter().zip(&start.jacobian).enumerate() {
+        let slope = frame.slope(gradient);
+        let constant = is_constant(start.constraints[constraint], b, slope);
+        let factor = if constant { 1.0 } else { 1.0 / slope };
+        let sides = [(b.lower, factor), (b.upper, -factor)].into_iter().filter(|(bound, _)| bound.is_finite());
+        for (bound, factor) in sides {
+            let side = ConstraintRow { constraint, bound, factor };
+            let room = SHARE * (b.upper - b.lower) * factor.abs();
+            let near = !constant && side.value(start) < NEAR;
+            rows.push(Row { side, margin: if near { MARGIN.min(room) } else { 0.0 }, weight: 0.0 });
+        }
+    }
+    rows
+}
+
+/// Sum of the shortfalls of values that should be at least 0.
+pub(super) fn short(values: &[f64]) -> f64 {
+    values.iter().map(|v| (-v).max(0.0)).sum()
+}

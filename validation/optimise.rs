@@ -1,0 +1,185 @@
+//! Evaluations of the constrained optimiser on the drag cases, beside those of other codes.
+
+use crate::Failure;
+use crate::random::Random;
+use crate::sheet::Sheet;
+use aeroform::case::Case;
+use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription};
+use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Termination};
+use aeroform::report::{Align, Table};
+use nalgebra::DMatrix;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+const KULFAN: &str = include_str!("cases/kulfan-5x5.toml");
+/// Violation with which a design on the way counts for "within 1 %".
+const NEARLY_FEASIBLE: f64 = 1e-4;
+
+/// A case, the bar for it, and what others took.
+struct Row {
+    name: &'static str,
+    /// Most evaluations; `None` where there is no bar.
+    bar: Option<usize>,
+    /// The optimum: drag coefficient.
+    drag: f64,
+    slsqp: &'static str,
+    ipopt: &'static str,
+}
+
+/// Figures of others: SciPy's SLSQP and IPOPT with L-BFGS on the functions of these cases, from the same starts, to a KKT
+/// residual of 1e-6; measured in November 2026 with the flow of that day.
+const ROWS: [Row; 8] = [
+    Row { name: "kulfan-5x5", bar: Some(70), drag: 0.007_521, slsqp: "126", ipopt: "74" },
+    Row { name: "kulfan-5x5, fold_indicator >= 0.05", bar: Some(90), drag: 0.007_514, slsqp: "", ipopt: "95" },
+    Row { name: "kulfan-7x5", bar: Some(75), drag: 0.007_512, slsqp: "", ipopt: "63" },
+    Row { name: "naca0024-linear", bar: Some(45), drag: 0.007_625, slsqp: "", ipopt: "" },
+    Row { name: "naca0024-cubic", bar: Some(38), drag: 0.007_622, slsqp: "43", ipopt: "38" },
+    Row { name: "naca0024-quartic", bar: Some(20), drag: 0.007_636, slsqp: "", ipopt: "15" },
+    Row { name: "multipoint", bar: Some(60), drag: 0.007_690, slsqp: "", ipopt: "> 120, not converged" },
+    Row { name: "12x5 box, 116 variables", bar: None, drag: f64::NAN, slsqp: "", ipopt: "160 (limit)" },
+];
+
+/// The problem of a row: a built-in case, or one changed in a line or two.
+fn problem(name: &str) -> Result<DesignProblem, Failure> {
+    let changed = |text: String| -> Result<DesignProblem, Failure> {
+        Ok(Case::parse("kulfan-5x5, changed", &text, Path::new("."))?.problem)
+    };
+    match name {
+        "kulfan-5x5, fold_indicator >= 0.05" => {
+            changed(KULFAN.replace("fold_indicator = { min = 0.4 }", "fold_indicator = { min = 0.05 }"))
+        }
+        "12x5 box, 116 variables" => changed(
+            KULFAN
+                .replace("control_points = [5, 5]", "control_points = [12, 5]")
+                .replace("x_fixed = [{ columns = [0, -1] }]\n", "")
+                .replace("fixed = [{ columns = [0, -1], rows = [2] }]\n", ""),
+        ),
+        _ => Ok(Case::open(name)?.problem),
+    }
+}
+
+/// A run with what an observer saw.
+struct Run {
+    outcome: Outcome,
+    /// Evaluations until a nearly feasible design was within 1 % of the end.
+    near: usize,
+}
+
+fn solve(problem: &mut dyn Problem) -> Result<Run, Failure> {
+    let limits = Limits { evaluations: 400, iterations: usize::MAX };
+    let method = Sqp { feasibility_tolerance: 1e-8, limits, ..Sqp::default() };
+    let mut seen: Vec<(f64, f64)> = Vec::new();
+    let outcome = method.minimize(problem, &mut |progress| {
+        seen.push(progress.result.map_or((f64::NAN, f64::NAN), |e| (e.objective, progress.violation)));
+        ControlFlow::Continue(())
+    })?;
+    let least = outcome.evaluation.as_ref().map_or(f64::NAN, |e| e.objective);
+    let near = |(objective, violation): &(f64, f64)| *violation < NEARLY_FEASIBLE && *objective < 1.01 * least;
+    let near = seen.iter().position(near).map_or(seen.len(), |k| k + 1);
+    Ok(Run { outcome, near })
+}
+
+fn drag(run: &Run) -> f64 {
+    run.outcome.evaluation.as_ref().map_or(f64::NAN, |e| e.objective)
+}
+
+pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {
+    let mut sheets = vec![cases()?];
+    if !quick {
+        sheets.push(starts()?);
+    }
+    Ok(sheets)
+}
+
+fn cases() -> Result<Sheet, Failure> {
+    let mut sheet = Sheet::new(
+        "Evaluations of the constrained optimiser",
+        "An evaluation is all values with all gradients. Ours to a KKT residual of 1e-6 and a violation of 1e-8; SciPy SLSQP\n\
+         and IPOPT (L-BFGS) as measured in November 2026 with the flow of that day. The largest box has no verdict.",
+    );
+    let mut figures = Table::new([
+        ("case", Align::Left),
+        ("evaluations", Align::Right),
+        ("iterations", Align::Right),
+        ("within 1 %", Align::Right),
+        ("CD", Align::Right),
+        ("KKT residual", Align::Right),
+        ("SciPy SLSQP", Align::Right),
+        ("IPOPT", Align::Right),
+        ("end", Align::Left),
+    ]);
+    for row in &ROWS {
+        let run = solve(&mut problem(row.name)?)?;
+        let outcome = &run.outcome;
+        figures.row([
+            row.name.to_owned(),
+            outcome.evaluations.to_string(),
+            outcome.iterations.to_string(),
+            run.near.to_string(),
+            format!("{:.7}", drag(&run)),
+            format!("{:.1e}", outcome.kkt_residual),
+            row.slsqp.to_owned(),
+            row.ipopt.to_owned(),
+            outcome.status.to_string(),
+        ]);
+        if let Some(bar) = row.bar {
+            let converged = outcome.status == Termination::Converged;
+            sheet.statement(&format!("{}: converged", row.name), true, converged);
+            sheet.count_at_most(&format!("{}: evaluations", row.name), bar, Some(outcome.evaluations));
+            sheet.count_at_most(&format!("{}: until within 1 %", row.name), bar / 2, Some(run.near));
+            sheet.at_most(&format!("{}: CD over the optimum", row.name), 1.001, drag(&run) / row.drag);
+        }
+    }
+    sheet.set_figures(figures);
+    Ok(sheet)
+}
+
+/// A problem with another start.
+struct Started {
+    problem: DesignProblem,
+    description: ProblemDescription,
+}
+
+impl Problem for Started {
+    fn description(&self) -> &ProblemDescription {
+        &self.description
+    }
+    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+        self.problem.evaluate(x)
+    }
+    fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        None
+    }
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.problem.metric(x)
+    }
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        self.problem.natural_steps()
+    }
+}
+
+/// Largest displacement of a control point at a random start, in chords.
+const SPREAD: f64 = 0.0265;
+
+fn starts() -> Result<Sheet, Failure> {
+    let mut sheet = Sheet::new(
+        "Random starts",
+        "The case kulfan-5x5 from 20 starts, every component of a control point displaced by up to 0.0265 chords.",
+    );
+    let plain = problem("kulfan-5x5")?;
+    let mut random = Random::new(5);
+    let (mut right, mut counts) = (0, Vec::new());
+    for _ in 0..20 {
+        let values: Vec<f64> = plain.start_values().iter().map(|v| v + random.between(-SPREAD, SPREAD)).collect();
+        let description = ProblemDescription { start: plain.scaled(&values), ..plain.description().clone() };
+        let run = solve(&mut Started { problem: plain.clone(), description })?;
+        let converged = run.outcome.status == Termination::Converged;
+        right += usize::from(converged && drag(&run) <= 1.001 * ROWS[0].drag);
+        counts.push(run.outcome.evaluations);
+    }
+    counts.sort_unstable();
+    sheet.count_at_least("runs that end at the optimum", 20, right);
+    sheet.count_at_most("evaluations: median", 100, Some(counts[10]));
+    sheet.count_at_most("evaluations: most", 200, Some(counts[19]));
+    Ok(sheet)
+}
