@@ -90,7 +90,9 @@ fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -
             while high + 1 < arc.len() && arc[high + 1] - arc[k] <= reach {
                 high += 1;
             }
-            let weights = |j: usize| 1.0 - (arc[j] - arc[k]).abs() / reach;
+            // by arc length, whose samples need not be even
+            let length = |j: usize| arc[(j + 1).min(arc.len() - 1)] - arc[j.saturating_sub(1)];
+            let weights = |j: usize| (1.0 - (arc[j] - arc[k]).abs() / reach) * length(j);
             let norm: f64 = (low..=high).map(weights).sum();
             (low..=high).map(|j| weights(j) * curvature[j]).sum::<f64>() / norm
         })

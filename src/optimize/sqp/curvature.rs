@@ -7,19 +7,25 @@ const DAMPING: f64 = 0.2;
 /// Factor by which an update lowers the curvature in all directions at most.
 ///
 /// Where a step finds less curvature than was modelled, the directions that nothing is known of most likely have less
-/// as well (self-scaling as by Al-Baali, J. Optim. Theory Appl. 96, 1998).
+/// as well (self-scaling as by Al-Baali, J. Optim. Theory Appl. 96, 1998). With every update the share of these
+/// directions falls, and with it what an update may lower: after as many updates as there are directions, nothing,
+/// unless the step finds less than this factor of what was modelled. Then all that was learnt is out of date.
 const RELAXATION: f64 = 0.5;
+/// Number of updates that are taken to be needed at least, where there are few directions.
+const FEWEST_UPDATES: usize = 30;
 
 /// A positive definite model of the Hessian of the Lagrangian, in natural steps of the variables.
 pub(super) struct Curvature {
     matrix: DMatrix<f64>,
     first: f64,
+    /// Number of updates since the start.
+    updates: usize,
 }
 
 impl Curvature {
     /// Equal curvature `first` in all of `n` directions.
     pub fn new(n: usize, first: f64) -> Self {
-        Self { matrix: DMatrix::identity(n, n) * first, first }
+        Self { matrix: DMatrix::identity(n, n) * first, first, updates: 0 }
     }
 
     pub fn matrix(&self) -> &DMatrix<f64> {
@@ -32,6 +38,7 @@ impl Curvature {
         let fresh = DMatrix::identity(n, n) * self.first;
         let other = self.matrix != fresh;
         self.matrix = fresh;
+        self.updates = 0;
         other
     }
 
@@ -43,7 +50,10 @@ impl Curvature {
         if !(along > 0.0 && found.is_finite()) {
             return;
         }
-        let scale = (found / along).clamp(RELAXATION, 1.0);
+        let known = self.updates as f64 / self.matrix.nrows().max(FEWEST_UPDATES) as f64;
+        self.updates += 1;
+        let ratio = found / along;
+        let scale = if ratio < RELAXATION { RELAXATION } else { ratio.max(known).min(1.0) };
         let relaxed = &self.matrix * scale;
         let (modelled, along) = (&relaxed * step, along * scale);
         let share = if found >= DAMPING * along { 1.0 } else { (1.0 - DAMPING) * along / (along - found) };
