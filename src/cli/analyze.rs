@@ -131,7 +131,7 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
         }
     }
     if solution.status.is_beyond_model() {
-        text.push_str("the numbers are beyond the model: not to be relied on\n");
+        text.push_str("the numbers show a trend at best: they are not to be relied on\n");
     } else if !solution.is_reliable() {
         return text;
     }
