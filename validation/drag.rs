@@ -2,6 +2,7 @@
 
 use crate::Failure;
 use crate::sheet::Sheet;
+use crate::started::Started;
 use aeroform::case::Case;
 use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription, check_gradients};
 use aeroform::flow::{Condition, Incidence, Settings, analyze, panel_parameters};
@@ -164,6 +165,12 @@ impl Problem for Differenced {
     fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         None
     }
+    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.problem.metric(x)
+    }
+    fn natural_steps(&self) -> Option<Vec<f64>> {
+        self.problem.natural_steps()
+    }
 }
 
 fn differences() -> Result<Sheet, Failure> {
@@ -190,8 +197,7 @@ fn differences() -> Result<Sheet, Failure> {
     // how good the other's design is, by exact gradients
     let mut judge = problem.clone();
     let limits = Limits { evaluations: 1, iterations: 1 };
-    let description = ProblemDescription { start: by_differences.x.clone(), ..judge.description().clone() };
-    let mut started = Started { problem: &mut judge, description };
+    let mut started = Started::new(&mut judge, by_differences.x.clone());
     let residual = minimise(&mut started, limits)?.kkt_residual;
     let rows = [
         ("exact", &by_exact, by_exact.evaluations, by_exact.kkt_residual),
@@ -215,24 +221,6 @@ fn differences() -> Result<Sheet, Failure> {
     sheet.at_most("final CD, exact over differences", 1.0 + 1e-6, with / without);
     sheet.set_figures(figures);
     Ok(sheet)
-}
-
-/// A problem with another start.
-struct Started<'a> {
-    problem: &'a mut DesignProblem,
-    description: ProblemDescription,
-}
-
-impl Problem for Started<'_> {
-    fn description(&self) -> &ProblemDescription {
-        &self.description
-    }
-    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        self.problem.evaluate(x)
-    }
-    fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        None
-    }
 }
 
 fn gradients(quick: bool) -> Result<Sheet, Failure> {

@@ -12,6 +12,7 @@ mod l2;
 mod optimise;
 mod random;
 mod sheet;
+mod started;
 
 use clap::{Parser, ValueEnum};
 use flow::FlowArguments;

@@ -3,11 +3,11 @@
 use crate::Failure;
 use crate::random::Random;
 use crate::sheet::Sheet;
+use crate::started::Started;
 use aeroform::case::Case;
-use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription};
+use aeroform::design::{DesignProblem, Problem};
 use aeroform::optimize::{Limits, Optimizer, Outcome, Sqp, Termination};
 use aeroform::report::{Align, Table};
-use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -134,30 +134,6 @@ fn cases() -> Result<Sheet, Failure> {
     Ok(sheet)
 }
 
-/// A problem with another start.
-struct Started {
-    problem: DesignProblem,
-    description: ProblemDescription,
-}
-
-impl Problem for Started {
-    fn description(&self) -> &ProblemDescription {
-        &self.description
-    }
-    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        self.problem.evaluate(x)
-    }
-    fn hessian(&mut self, _: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        None
-    }
-    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
-        self.problem.metric(x)
-    }
-    fn natural_steps(&self) -> Option<Vec<f64>> {
-        self.problem.natural_steps()
-    }
-}
-
 /// Largest displacement of a control point at a random start, in chords.
 const SPREAD: f64 = 0.0265;
 
@@ -171,8 +147,7 @@ fn starts() -> Result<Sheet, Failure> {
     let (mut right, mut counts) = (0, Vec::new());
     for _ in 0..20 {
         let values: Vec<f64> = plain.start_values().iter().map(|v| v + random.between(-SPREAD, SPREAD)).collect();
-        let description = ProblemDescription { start: plain.scaled(&values), ..plain.description().clone() };
-        let run = solve(&mut Started { problem: plain.clone(), description })?;
+        let run = solve(&mut Started::new(&mut plain.clone(), plain.scaled(&values)))?;
         let converged = run.outcome.status == Termination::Converged;
         right += usize::from(converged && drag(&run) <= 1.001 * ROWS[0].drag);
         counts.push(run.outcome.evaluations);

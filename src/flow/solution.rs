@@ -46,7 +46,7 @@ pub enum Status {
     /// The equations are solved, but not on the grid that was asked for: on another number of stations only. The flow is
     /// at the limit of what these resolve, as thin bubbles behind the nose are.
     Unresolved {
-        /// What is not resolved, in words.
+        /// The reason in words, with the numbers of stations.
         reason: Cow<'static, str>,
     },
     /// The flow is outside what the outer flow of the solver describes.

@@ -167,9 +167,8 @@ pub(super) fn optimality(problem: &dyn Problem, x: &[f64], evaluation: &Evaluati
     Optimality { multipliers, bound_multipliers, residual, norm: squares.sqrt() }
 }
 
-/// What a natural step of a variable, or the way to its bound if that is shorter, would gain to first order.
-///
-/// Unlike the clipped gradient it scales with the objective.
+/// The gain to first order of a natural step of a variable, or of the way to the bound of the variable where that is
+/// shorter. Unlike the clipped gradient it scales with the objective.
 fn reducible(x: f64, slope: f64, bounds: &Bounds) -> f64 {
     let room = if slope > 0.0 { x - bounds.lower } else { bounds.upper - x };
     slope * room.clamp(0.0, 1.0)

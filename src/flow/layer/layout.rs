@@ -70,30 +70,29 @@ impl Layout {
         2 * self.side() + self.wake
     }
 
-    /// Node indices of the turbulent stations of a side, for the arc length of the stagnation point and the distance from
-    /// there to transition.
-    pub fn turbulent_indices<S: Scalar>(
+    /// Node index of every turbulent station of a side and arc length from the stagnation point, for the arc length of
+    /// that point and the distance from there to transition.
+    pub fn turbulent_places<S: Scalar>(
         &self,
         surface: &SurfaceMap,
         side: Side,
         [stagnation, transition]: [S; 2],
-    ) -> impl Iterator<Item = S> {
+    ) -> impl Iterator<Item = [S; 2]> {
         let start = surface.index(side.place(stagnation, transition));
         let edge = match side {
             Side::Upper => 0.0,
             Side::Lower => surface.last(),
         };
         // written so that the last one stands on the edge exactly
-        self.turbulent.iter().map(move |h| start * (1.0 - *h) + edge * *h)
+        let indices = self.turbulent.iter().map(move |h| start * (1.0 - *h) + edge * *h);
+        indices.map(move |t| [t, side.distance(stagnation, surface.arc_length(t))])
     }
 
     /// Arc lengths of the stations of a side from the stagnation point, for the arc length of that point and the distance
     /// from there to transition.
     pub fn abscissas<S: Scalar>(&self, surface: &SurfaceMap, side: Side, globals: [S; 2]) -> Vec<S> {
-        let [stagnation, transition] = globals;
-        let laminar = self.laminar.iter().map(|f| transition * *f);
-        let turbulent = self.turbulent_indices(surface, side, globals);
-        laminar.chain(turbulent.map(|t| side.distance(stagnation, surface.arc_length(t)))).collect()
+        let laminar = self.laminar.iter().map(|f| globals[1] * *f);
+        laminar.chain(self.turbulent_places(surface, side, globals).map(|[_, x]| x)).collect()
     }
 }
 

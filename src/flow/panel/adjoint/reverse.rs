@@ -58,9 +58,7 @@ impl Strengths {
         let wake = wake_strength_matrix(&solved.system.section.wake_distances) * wake;
         Self { nodes: solved.strengths.to_vec(), smoothed, wake: wake.as_slice().to_vec() }
     }
-}
 
-impl Strengths {
     /// The sheets of the flow without boundary layer: no sources.
     pub fn inviscid(flow: &FlowResponse) -> Self {
         let nodes = flow.inviscid.clone();

@@ -111,9 +111,9 @@ impl<S: Global> Positions<S> {
             for (j, x) in abscissas.iter().enumerate() {
                 index[numbering.point(side, j)] = map.index(side.place(stagnation, *x));
             }
-            for (j, t) in layout.turbulent_indices(map, side, [stagnation, transition]).enumerate() {
+            for (j, [t, x]) in layout.turbulent_places(map, side, [stagnation, transition]).enumerate() {
                 index[numbering.point(side, numbering.laminar + j)] = t;
-                abscissas.push(side.distance(stagnation, map.arc_length(t)));
+                abscissas.push(x);
             }
             abscissas
         });
