@@ -40,9 +40,10 @@ pub(crate) fn directory(path: &Path) -> &Path {
 }
 
 /// The error of the operating system alone: `tempfile` adds the name of the temporary file, which tells a user nothing.
+/// It keeps the error itself private, so that only the text can be cut.
 fn without_name(error: io::Error) -> io::Error {
-    match error.get_ref().and_then(std::error::Error::source).map(ToString::to_string) {
-        Some(reason) => io::Error::new(error.kind(), reason),
+    match error.to_string().split_once(" at path \"") {
+        Some((reason, _)) => io::Error::new(error.kind(), reason),
         None => error,
     }
 }
