@@ -151,6 +151,14 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
     for (name, value, unit) in numbers {
         text.push_str(&format!("  {name:22} {:>12}{unit}\n", engineering(value, DIGITS)));
     }
+    if let Some(error) = solution.panel_error().filter(|error| !solution.resolves(error)) {
+        text.push_str(&format!(
+            "{} panels may be too few: an estimated error of {} in CL and {} counts in CD; see --panels\n",
+            arguments.point.panels,
+            engineering(error.cl, 2),
+            engineering(1e4 * error.cd, 2)
+        ));
+    }
     text
 }
 

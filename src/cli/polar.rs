@@ -312,7 +312,7 @@ fn gather(receiver: mpsc::Receiver<Found>, count: usize, display: &mut Display<'
 
 /// The points as CSV. Those beyond the model have their numbers and say so; those without a flow have none.
 fn table(points: &[Point]) -> Result<String, Failure> {
-    const HEADER: [&str; 14] = [
+    const HEADER: [&str; 15] = [
         "alpha",
         "cl",
         "cd",
@@ -327,6 +327,7 @@ fn table(points: &[Point]) -> Result<String, Failure> {
         "seconds",
         "status",
         "beyond_model",
+        "resolved",
     ];
     let rows = points.iter().map(|point| {
         let solved = |of: fn(&Solution) -> f64| point.solved().map_or(String::new(), |s| of(s).to_string());
@@ -346,6 +347,7 @@ fn table(points: &[Point]) -> Result<String, Failure> {
             found(&|(_, seconds)| format!("{seconds:.6}")),
             point.status(),
             point.solution().is_some_and(|s| s.status.is_beyond_model()).to_string(),
+            point.solved().and_then(Solution::is_resolved).map_or(String::new(), |resolved| resolved.to_string()),
         ]
     });
     csv(&HEADER, rows)

@@ -115,6 +115,11 @@ impl std::fmt::Display for Status {
     }
 }
 
+/// Relative error of lift and drag below which a solution counts as resolved.
+const RESOLVED: f64 = 0.0025;
+/// Lift coefficient below which the error of the lift is compared with this number instead of the lift.
+const SMALL_LIFT: f64 = 0.1;
+
 /// One attempt of the solver, for the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
@@ -172,6 +177,10 @@ pub struct Solution {
 pub(super) trait Record: Any + Debug + Send + Sync {
     /// Exact derivatives of the coefficients at fixed angle of attack; `None` where the equations are singular.
     fn gradients(&self) -> Option<Gradients>;
+
+    /// Estimated errors of the coefficients that come from the panels, from the derivatives of the coefficients; `None`
+    /// for a solver without panels.
+    fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients>;
 
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
@@ -275,6 +284,28 @@ impl Solution {
                 HeldGradients { coefficients: at_alpha.at_fixed_lift(), alpha: at_alpha.alpha_at_fixed_lift() }
             }
         })
+    }
+
+    /// Estimated errors of the coefficients that come from the number of panels, as absolute values. The estimate is the
+    /// exact derivative of every coefficient along the small move of all nodes that acts like the error of the panels; it
+    /// holds whatever the condition holds. It is right to about a factor of two and knows nothing of the number of
+    /// stations of the boundary layer.
+    ///
+    /// The result is `None` where the solution is not converged. It costs as much as [`gradients`](Self::gradients).
+    pub fn panel_error(&self) -> Option<Coefficients> {
+        self.record.panel_error(&self.held_gradients()?.coefficients)
+    }
+
+    /// Whether the [`panel_error`](Self::panel_error) of lift and drag is small: below 0.25 % of the drag, and below 0.25 %
+    /// of the lift or of a lift coefficient of 0.1 where the lift is smaller than that. `None` where there is no estimate.
+    pub fn is_resolved(&self) -> Option<bool> {
+        self.panel_error().map(|error| self.resolves(&error))
+    }
+
+    /// Whether these errors of lift and drag are small.
+    pub(crate) fn resolves(&self, error: &Coefficients) -> bool {
+        let Coefficients { cl, cd, .. } = self.coefficients;
+        error.cd < RESOLVED * cd.abs() && error.cl < RESOLVED * cl.abs().max(SMALL_LIFT)
     }
 
     /// The coefficients over any scalar that carries at most first derivatives. `nodes` are the nodes of the solution,

@@ -25,6 +25,7 @@ mod outputs;
 mod polar;
 mod record;
 mod request;
+mod resolution;
 mod section;
 mod solved;
 mod streamline;

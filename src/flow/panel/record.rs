@@ -8,6 +8,7 @@ use super::coupling::speeds::node_strengths;
 use super::coupling::system::{Linearised, Stream, System};
 use super::frame::Nodes;
 use super::outputs;
+use super::resolution::panel_error;
 use super::solved::Solved;
 use crate::flow::coefficients::{Coefficients, Gradients};
 use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
@@ -213,6 +214,10 @@ impl Record for PanelRecord {
     fn gradients(&self) -> Option<Gradients> {
         let inside = gradients(&self.solved(), &Reduced::new(&self.at)?);
         Some(inside.map(|by| self.nodes.frame.pull_back(&self.nodes.given, by)))
+    }
+
+    fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients> {
+        Some(panel_error(&self.nodes.given, gradients))
     }
 
     fn distributions(&self) -> Distributions {

@@ -32,6 +32,10 @@ pub struct AnalysisReport {
     pub cd_pressure: Option<f64>,
     /// Drag coefficient of the friction.
     pub cd_friction: Option<f64>,
+    /// Whether the estimated errors that come from the panels are small: see [`Solution::is_resolved`].
+    pub resolved: Option<bool>,
+    /// Estimated errors that come from the number of panels, as absolute values.
+    pub panel_error: Option<PanelErrorReport>,
     /// A sentence for everything that was mended in the file of the section.
     pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
@@ -42,6 +46,17 @@ pub struct AnalysisReport {
     /// Panel nodes that the derivatives belong to, in the unit and frame of the section as given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Vec<[f64; 2]>>,
+}
+
+/// Estimated errors of the coefficients that come from the number of panels: see [`Solution::panel_error`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PanelErrorReport {
+    /// Error of the lift coefficient.
+    pub cl: f64,
+    /// Error of the drag coefficient.
+    pub cd: f64,
+    /// Error of the moment coefficient.
+    pub cm: f64,
 }
 
 /// Exact derivatives of a flow.
@@ -77,6 +92,7 @@ impl AnalysisReport {
     pub fn new(solution: &Solution, seconds: f64, repairs: &[String]) -> Self {
         let solved = solution.is_solved();
         let number = |value: f64| solved.then_some(value);
+        let error = solution.panel_error();
         Self {
             converged: solution.is_reliable(),
             beyond_model: solution.status.is_beyond_model(),
@@ -90,6 +106,8 @@ impl AnalysisReport {
             coefficients: solution.coefficients.map(number),
             cd_pressure: number(solution.cd_pressure),
             cd_friction: number(solution.cd_friction),
+            resolved: error.as_ref().map(|error| solution.resolves(error)),
+            panel_error: error.map(|Coefficients { cl, cd, cm, .. }| PanelErrorReport { cl, cd, cm }),
             repairs: repairs.to_vec(),
             seconds,
             gradients: None,
@@ -119,6 +137,8 @@ impl AnalysisReport {
             coefficients,
             cd_pressure: none,
             cd_friction: none,
+            resolved: None,
+            panel_error: None,
             repairs: repairs.to_vec(),
             seconds: 0.0,
             gradients: None,

@@ -29,7 +29,9 @@ mod named;
 mod run;
 mod section;
 
-pub use analysis::{AnalysisReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PolarReport};
+pub use analysis::{
+    AnalysisReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PanelErrorReport, PolarReport,
+};
 pub use evaluation::{BoundsReport, CaseEntry, CaseList, EvaluationReport};
 pub use gradients::{DerivativeReport, GradientsReport};
 pub use named::{Named, identifier, identifiers};

@@ -38,7 +38,7 @@ pub(crate) struct SectionResponse {
 }
 
 impl SectionResponse {
-    /// Factorises the panel equations of a section whose nodes lie on the surface. The panels are laid through the
+    /// Factorises the panel equations of a section whose nodes lie on the surface. Panels are laid through the
     /// [balanced](Outline::balanced) nodes.
     pub fn new(outline: &Outline) -> Result<Self, FlowError> {
         let outline = outline.balanced();

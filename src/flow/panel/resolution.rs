@@ -1,0 +1,54 @@
+//! Estimate of the error that the number of panels leaves in the coefficients.
+
+use super::outline::{INWARDS, balance};
+use crate::flow::coefficients::{Coefficients, Gradients};
+
+/// Estimated errors of the coefficients that come from the panels; `nodes` are the nodes of the section and `gradients`
+/// the derivatives with respect to them.
+///
+/// The errors of panels act like a move of the surface by κ h²/12, with the curvature κ and the length h of the panels
+/// (see [`balance`]). The estimate is the exact directional derivative of each coefficient along that move of all
+/// nodes.
+pub(super) fn panel_error(nodes: &[[f64; 2]], gradients: &Gradients) -> Coefficients {
+    let share = 1.0 / 12.0 / INWARDS;
+    let moves: Vec<[f64; 2]> = nodes
+        .windows(3)
+        .map(|w| {
+            let moved = balance([w[0], w[1], w[2]]);
+            [0, 1].map(|c| share * (moved[c] - w[1][c]))
+        })
+        .collect();
+    // the ends stay
+    let along = |by: &[[f64; 2]]| moves.iter().zip(&by[1..]).map(|(m, by)| m[0] * by[0] + m[1] * by[1]).sum::<f64>();
+    gradients.as_ref().map(|derivatives| along(&derivatives.nodes).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::flow::{Condition, Incidence, PanelledSection, Settings, Solution, panel_parameters};
+    use crate::section::SectionDefinition;
+
+    fn solution(panels: usize, incidence: Incidence) -> Solution {
+        let section = SectionDefinition::parse("naca4412").unwrap().section().unwrap();
+        let nodes: Vec<[f64; 2]> =
+            panel_parameters(&section, panels + 1).into_iter().map(|u| section.curve().point_at(u)).collect();
+        let panels = PanelledSection::new(&nodes, section.trailing_edge()).unwrap();
+        panels.analyze(&Condition::new(incidence, 3e6), &Settings::default(), None).unwrap()
+    }
+
+    #[test]
+    fn the_estimate_falls_with_the_square_of_the_panels() {
+        for incidence in [Incidence::Alpha(0.05), Incidence::Lift(0.8)] {
+            let [coarse, fine] = [80, 160].map(|n| solution(n, incidence).panel_error().unwrap());
+            let ratio = coarse.cd / fine.cd;
+            assert!((2.5..6.5).contains(&ratio), "{ratio}");
+            assert!(matches!(incidence, Incidence::Alpha(_)) || fine.cl < 1e-12, "held lift has no error: {}", fine.cl);
+        }
+    }
+
+    #[test]
+    fn a_smooth_section_is_resolved_and_few_panels_are_not_enough() {
+        assert_eq!(solution(160, Incidence::Alpha(0.05)).is_resolved(), Some(true));
+        assert_eq!(solution(44, Incidence::Alpha(0.05)).is_resolved(), Some(false));
+    }
+}
