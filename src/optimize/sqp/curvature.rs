@@ -1,6 +1,7 @@
 //! The curvature of the Lagrangian, learnt from the gradients at the ends of steps.
 
 use nalgebra::{DMatrix, DVector};
+use std::collections::VecDeque;
 
 /// Share of the modelled curvature that an update keeps at least (Powell's damping): the model stays positive definite.
 const DAMPING: f64 = 0.2;
@@ -11,12 +12,28 @@ const DAMPING: f64 = 0.2;
 /// directions falls, and with it what an update may lower: after as many updates as there are directions, nothing,
 /// unless the step finds less than this factor of what was modelled. Then all that was learnt is out of date.
 const RELAXATION: f64 = 0.5;
+/// Number of the latest steps that are gone through once more at the end: they hold best where the run is now, and an
+/// update by one step spoils what the others have found.
+const REPEATED: usize = 10;
+/// Number of steps that are remembered.
+const REMEMBERED: usize = 300;
 /// Number of updates that are taken to be needed at least, where there are few directions.
 const FEWEST_UPDATES: usize = 30;
 
+/// A step, and what changed along it.
+struct Step {
+    way: DVector<f64>,
+    /// Changes of the gradients: of the objective in the first column, of the constraints in the others.
+    changes: DMatrix<f64>,
+}
+
 /// A positive definite model of the Hessian of the Lagrangian, in natural steps of the variables.
+///
+/// The steps are remembered with the change of every gradient, and the model is made anew from all of them with every
+/// change of the multipliers: what a constraint has shown on the way counts as much as its multiplier does now.
 pub(super) struct Curvature {
     matrix: DMatrix<f64>,
+    steps: VecDeque<Step>,
     first: f64,
     /// Number of updates since the start.
     updates: usize,
@@ -25,7 +42,7 @@ pub(super) struct Curvature {
 impl Curvature {
     /// Equal curvature `first` in all of `n` directions.
     pub fn new(n: usize, first: f64) -> Self {
-        Self { matrix: DMatrix::identity(n, n) * first, first, updates: 0 }
+        Self { matrix: DMatrix::identity(n, n) * first, steps: VecDeque::new(), first, updates: 0 }
     }
 
     pub fn matrix(&self) -> &DMatrix<f64> {
@@ -34,17 +51,39 @@ impl Curvature {
 
     /// Starts anew; whether that changes anything.
     pub fn forget(&mut self) -> bool {
+        let known = !self.steps.is_empty();
+        self.steps.clear();
+        self.restart();
+        known
+    }
+
+    fn restart(&mut self) {
         let n = self.matrix.nrows();
-        let fresh = DMatrix::identity(n, n) * self.first;
-        let other = self.matrix != fresh;
-        self.matrix = fresh;
+        self.matrix = DMatrix::identity(n, n) * self.first;
         self.updates = 0;
-        other
+    }
+
+    /// Learns from a step. `changes` are the changes of the gradients along it, of the objective in the first column and
+    /// of the constraints in the others; the Lagrangian is the objective less the constraints times `multipliers`.
+    pub fn learn(&mut self, way: DVector<f64>, changes: DMatrix<f64>, multipliers: &[f64]) {
+        if self.steps.len() == REMEMBERED {
+            self.steps.pop_front();
+        }
+        self.steps.push_back(Step { way, changes });
+        let weights = std::iter::once(1.0).chain(multipliers.iter().map(|m| -m));
+        let weights = DVector::from_iterator(1 + multipliers.len(), weights);
+        self.restart();
+        let steps = std::mem::take(&mut self.steps);
+        let latest = steps.len().saturating_sub(REPEATED);
+        for step in steps.iter().chain(steps.range(latest..)) {
+            self.update(&step.way, &(&step.changes * &weights));
+        }
+        self.steps = steps;
     }
 
     /// Damped update of Broyden, Fletcher, Goldfarb and Shanno by a step and the change of the gradient of the
     /// Lagrangian along it.
-    pub fn update(&mut self, step: &DVector<f64>, change: &DVector<f64>) {
+    fn update(&mut self, step: &DVector<f64>, change: &DVector<f64>) {
         let found = step.dot(change);
         let along = step.dot(&(&self.matrix * step));
         if !(along > 0.0 && found.is_finite()) {
@@ -72,20 +111,33 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
+    /// Changes of an objective and a constraint with these Hessians along a step.
+    fn changes(objective: &DMatrix<f64>, constraint: &DMatrix<f64>, step: &DVector<f64>) -> DMatrix<f64> {
+        DMatrix::from_columns(&[objective * step, constraint * step])
+    }
+
     #[test]
-    fn the_curvature_of_a_quadratic_is_learnt_and_stays_positive() {
-        let hessian = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0]);
+    fn the_curvature_of_a_quadratic_is_learnt_and_follows_the_multiplier() {
+        let objective = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0]);
+        let constraint = DMatrix::from_row_slice(2, 2, &[-2.0, 0.5, 0.5, -1.0]);
         let mut curvature = Curvature::new(2, 100.0);
         for k in 0..60 {
             let angle = 1.1 * f64::from(k);
             let step = DVector::from_vec(vec![angle.cos(), angle.sin()]);
-            curvature.update(&step, &(&hessian * &step));
+            let multiplier = if k < 59 { 0.3 } else { 2.0 };
+            curvature.learn(step.clone(), changes(&objective, &constraint, &step), &[multiplier]);
         }
-        assert_relative_eq!(*curvature.matrix(), hessian, epsilon = 1e-6);
-        // negative curvature leaves a share of what was modelled
+        // one step with the last multiplier is enough
+        assert_relative_eq!(*curvature.matrix(), &objective - &constraint * 2.0, epsilon = 1e-6);
+        assert!(curvature.forget() && !curvature.forget());
+    }
+
+    #[test]
+    fn the_model_stays_positive_where_the_curvature_is_negative() {
+        let mut curvature = Curvature::new(2, 8.0);
         let step = DVector::from_vec(vec![1.0, 0.0]);
         curvature.update(&step, &(&step * -5.0));
-        assert_relative_eq!(curvature.matrix()[(0, 0)], 4.0 * RELAXATION * DAMPING, epsilon = 1e-6);
-        assert!(curvature.forget() && !curvature.forget());
+        assert_relative_eq!(curvature.matrix()[(0, 0)], 8.0 * RELAXATION * DAMPING, epsilon = 1e-12);
+        assert!(curvature.matrix().clone().cholesky().is_some());
     }
 }

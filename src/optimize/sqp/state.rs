@@ -118,20 +118,14 @@ impl SqpRun {
         sums
     }
 
-    /// Gradient of the Lagrangian for given multipliers.
-    fn lagrangian(&self, evaluation: &Evaluation, multipliers: &[f64]) -> DVector<f64> {
-        let mut gradient = evaluation.gradient.clone();
-        for (row, multiplier) in evaluation.jacobian.iter().zip(multipliers).filter(|(_, m)| **m != 0.0) {
-            gradient.iter_mut().zip(row).for_each(|(g, a)| *g -= multiplier * a);
-        }
-        self.frame.gradient(&gradient)
-    }
-
     /// Learns the curvature on the way to an evaluation, whether the run goes there or not.
     pub fn learn(&mut self, x: &[f64], evaluation: &Evaluation, multipliers: &[f64]) {
-        let step = self.frame.way(&self.point.x, x);
-        let change = self.lagrangian(evaluation, multipliers) - self.lagrangian(&self.point.evaluation, multipliers);
-        self.curvature.update(&step, &change);
+        let from = &self.point.evaluation;
+        let change = |end: &[f64], begin: &[f64]| self.frame.gradient(end) - self.frame.gradient(begin);
+        let mut changes = vec![change(&evaluation.gradient, &from.gradient)];
+        changes.extend(evaluation.jacobian.iter().zip(&from.jacobian).map(|(end, begin)| change(end, begin)));
+        let way = self.frame.way(&self.point.x, x);
+        self.curvature.learn(way, DMatrix::from_columns(&changes), multipliers);
     }
 
     /// Trusts the model more or less after a step of a given length that gained `ratio` of what was predicted.
