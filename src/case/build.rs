@@ -386,6 +386,8 @@ fn instruments(
     target: Option<&Section<f64>>,
 ) -> Result<Instruments, CaseError> {
     let norm = match &table.shape_error.norm {
+        // parameters of measured points mean nothing
+        None if table.target.as_ref().is_some_and(|target| target.file.is_some()) => ShapeNorm::Closest,
         None => ShapeNorm::default(),
         Some(name) => ShapeNorm::NAMES.iter().find(|(n, _)| n == name).map(|(_, norm)| *norm).ok_or_else(|| {
             let known: Vec<&str> = ShapeNorm::NAMES.iter().map(|(n, _)| *n).collect();
@@ -395,7 +397,7 @@ fn instruments(
     let shape_error = match target {
         None => None,
         Some(target) => Some(
-            ShapeError::new(norm, target.curve(), geometry.section().curve().knots())
+            ShapeError::new(norm, target.curve(), geometry.section().curve())
                 .map_err(|e| document.error(&["target"], e.to_string()))?,
         ),
     };

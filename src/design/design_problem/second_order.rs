@@ -2,6 +2,7 @@
 
 use super::DesignProblem;
 use crate::design::DesignError;
+use crate::design::linearised::LinearisedShape;
 use crate::design::quantity::Quantity;
 use crate::differentiate::{self, Function};
 use crate::scalar::Scalar;
@@ -27,9 +28,10 @@ impl DesignProblem {
                     if self.error_hessian.is_none() {
                         self.error_hessian = self.instruments.error()?.hessian(&tangents.section_tangents(0..n));
                     }
-                    match &self.error_hessian {
-                        Some(constant) => total += constant * weight,
-                        None => rest.push(q),
+                    match (&self.error_hessian, self.instruments.error()?.hessian_at(&self.work.points)) {
+                        (Some(constant), _) => total += constant * weight,
+                        (None, Some(of_points)) => total += in_variables(&of_points, tangents) * weight,
+                        (None, None) => rest.push(q),
                     }
                 }
                 (Quantity::FoldPenalty, Some(_)) => {
@@ -94,6 +96,17 @@ impl DesignProblem {
             }
         }
     }
+}
+
+/// Second derivatives in the components of the section's control points → in the variables.
+fn in_variables(of_points: &DMatrix<f64>, tangents: &LinearisedShape) -> DMatrix<f64> {
+    let mut columns = DMatrix::zeros(of_points.nrows(), tangents.variables());
+    for (variable, tangent) in tangents.section_tangents(0..tangents.variables()).iter().enumerate() {
+        for (row, component) in tangent.as_flattened().iter().enumerate() {
+            columns[(row, variable)] = *component;
+        }
+    }
+    columns.tr_mul(&(of_points * &columns))
 }
 
 /// Part of the objective, for second derivatives through the whole pipeline.
