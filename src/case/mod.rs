@@ -110,7 +110,7 @@ impl Case {
         let (problem, repairs) = build::design_problem(&document, &table, folder)?;
         let settings = table.optimizer;
         let method = settings
-            .method(settings.method_name(!table.constraints.0.is_empty()))
+            .method(settings.method_name(&problem))
             .map_err(|e| document.error(&["optimizer", "method"], e.to_string()))?;
         settings.check(&document)?;
         let description = table.description.unwrap_or_default();

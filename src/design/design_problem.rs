@@ -8,7 +8,10 @@ use super::linearised::LinearisedShape;
 use super::parallel::{in_parallel_with, processors};
 use super::quantity::{Instruments, Quantity, ValueAndGradient, finite};
 use super::shape::Shape;
-use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
+use super::{
+    AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription, ShapeError, ShapeNorm,
+    TargetDistance,
+};
 use crate::ffd::FoldReport;
 use crate::flow::{FlowSection, Solution};
 use crate::scalar::Scalar;
@@ -137,6 +140,13 @@ impl DesignProblem {
     /// The target, where there is one.
     pub fn target(&self) -> Option<&Section<f64>> {
         self.target.as_ref()
+    }
+
+    /// How far a shape is from the target, whatever norm `shape_error` has; `None` without a target.
+    pub fn target_distance(&self, shape: &Shape) -> Option<TargetDistance> {
+        let start = self.geometry.section().curve();
+        let error = ShapeError::new(ShapeNorm::Closest, self.target.as_ref()?.curve(), start).ok()?;
+        error.distances(shape.section.curve().control_points())
     }
 
     /// Every quantity of objective, constraints and report, once.
@@ -483,6 +493,9 @@ impl Problem for DesignProblem {
             return None;
         }
         Some(self.try_hessian(x).map_err(AnalysisFailure::from))
+    }
+    fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        self.is_sum_of_squares().then(|| self.normal_matrix(x).map_err(AnalysisFailure::from))
     }
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.distortion(x)

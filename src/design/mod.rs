@@ -35,4 +35,4 @@ pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescripti
 pub(crate) use quantity::Instruments;
 pub use quantity::{Quantity, ValueAndGradient};
 pub use shape::Shape;
-pub use shape_error::{ShapeError, ShapeNorm};
+pub use shape_error::{ShapeError, ShapeNorm, TargetDistance};

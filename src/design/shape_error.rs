@@ -38,6 +38,16 @@ pub struct ShapeError<S = f64> {
     comparison: Comparison<S>,
 }
 
+/// Distances between a shape and its target, each point from the closest one of the other as by
+/// [`ShapeNorm::Closest`], in the unit of the coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct TargetDistance {
+    /// Root of the mean square distance.
+    pub root_mean_square: f64,
+    /// The largest distance of a sample.
+    pub largest: f64,
+}
+
 #[derive(Debug, Clone)]
 enum Comparison<S> {
     Equal(EqualParameters<S>),
@@ -64,6 +74,11 @@ impl<S: Scalar> ShapeError<S> {
     /// The norm by which the shapes are compared.
     pub fn norm(&self) -> ShapeNorm {
         self.norm
+    }
+
+    /// Whether the error is a sum of squares, as by all norms but the root mean square.
+    pub fn is_sum_of_squares(&self) -> bool {
+        self.norm != ShapeNorm::RootMeanSquare
     }
 
     /// The error of a curve with the given control points, as many as the knots ask for.
@@ -117,12 +132,14 @@ impl ShapeError<f64> {
         Some(matrix)
     }
 
-    /// Root of the mean square distance between a shape and the target, and the largest distance of a sample, both in
-    /// the unit of the coordinates and to the closest points. `None` where the norm compares equal parameters.
-    pub fn distances(&self, control_points: &[[f64; 2]]) -> Option<(f64, f64)> {
+    /// The distances between a shape and the target; `None` where the norm compares equal parameters.
+    pub fn distances(&self, control_points: &[[f64; 2]]) -> Option<TargetDistance> {
         match &self.comparison {
             Comparison::Equal(_) => None,
-            Comparison::Closest(closest) => closest.distances(control_points),
+            Comparison::Closest(closest) => {
+                let (root_mean_square, largest) = closest.distances(control_points)?;
+                Some(TargetDistance { root_mean_square, largest })
+            }
         }
     }
 }

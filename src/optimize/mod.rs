@@ -2,6 +2,8 @@
 //!
 //! * [`Lbfgs`]: limited-memory BFGS on [`argmin`], for problems without constraints; first derivatives only;
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
+//! * [`GaussNewton`]: Levenberg-Marquardt within bounds, for objectives that are sums of squares, such as the match of a
+//!   shape;
 //! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives
 //!   only;
 //! * [`Sqp`]: sequential quadratic programming in a trust region, for problems with constraints: the fewest evaluations;
@@ -47,6 +49,7 @@
 
 pub(crate) mod atomic;
 mod bounded;
+mod box_quadratic;
 mod checkpoint;
 #[cfg(test)]
 mod constrained_tests;
@@ -54,6 +57,7 @@ mod constraint_row;
 mod cubic;
 mod dense;
 mod engineering;
+mod gauss_newton;
 mod history;
 mod identity;
 mod journal;
@@ -81,6 +85,7 @@ mod watch;
 pub use bounded::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use engineering::engineering;
+pub use gauss_newton::GaussNewton;
 pub use history::{History, HistoryRow};
 pub use identity::Identity;
 pub use journal::{Answer, Journal, Record};

@@ -60,7 +60,7 @@ fn a_shift_is_its_normal_component() {
         }
     }
     assert_relative_eq!(error.value(&up), d * d * mean / total, max_relative = 1e-3);
-    let (mean, largest) = error.distances(&up).unwrap();
+    let TargetDistance { root_mean_square: mean, largest } = error.distances(&up).unwrap();
     assert_relative_eq!(mean, error.value::<f64>(&up).sqrt(), max_relative = 1e-12);
     assert!(largest <= d * (1.0 + 1e-9) && largest > 0.999 * d);
 }
