@@ -67,6 +67,8 @@ enum Contribution {
     Slopes(f64),
     /// By carrying the tangents through the measure.
     Measure(Measure),
+    /// By the gradient of the quantity that it limits.
+    Soft,
 }
 
 /// Buffers of one evaluation.
@@ -234,7 +236,7 @@ impl DesignProblem {
         let lifted: Vec<[Dual64; 2]> = control_points.iter().map(|p| p.map(Dual64::from)).collect();
         let section = shape.section.with_control_points(lifted)?;
         let lacks = |q: usize| match &self.quantities[q] {
-            Quantity::Flow(_) => None,
+            quantity if quantity.needs_flow() => None,
             Quantity::Measure(measure) => measure.evaluate(&section).err().map(DesignError::from),
             plain => self.instruments.value(plain, &shape).err(),
         };
@@ -285,7 +287,7 @@ impl DesignProblem {
             let value = match quantity {
                 Quantity::ShapeError => self.instruments.error()?.value(&self.work.points),
                 Quantity::FoldPenalty => self.instruments.penalty()?.value(&self.work.net),
-                Quantity::FoldIndicator { .. } | Quantity::Measure(_) | Quantity::Flow(_) => return Ok(None),
+                _ => return Ok(None),
             };
             finite(quantity, value)?;
             sum += weight * value;
@@ -355,9 +357,9 @@ impl DesignProblem {
     }
 
     /// Adds a quantity's slopes times `factor` to the workspace, unless it is a measure.
-    fn add_slopes(&mut self, quantity: usize, factor: f64) -> Result<Contribution, DesignError> {
+    fn add_slopes(&mut self, quantity: &Quantity, factor: f64) -> Result<Contribution, DesignError> {
         let work = &mut self.work;
-        let value = match &self.quantities[quantity] {
+        let value = match quantity {
             Quantity::ShapeError => {
                 self.instruments.error()?.value_and_gradient(&work.points, factor, &mut work.point_slope)
             }
@@ -370,9 +372,14 @@ impl DesignProblem {
             Quantity::Flow(flow) => {
                 self.instruments.flow()?.value_and_slope(flow, &work.points, factor, &mut work.point_slope)?
             }
+            Quantity::PressureError => {
+                let flow = self.instruments.pressures()?;
+                flow.pressure_error_and_slope(&work.points, factor, &mut work.point_slope)?
+            }
             Quantity::Measure(measure) => return Ok(Contribution::Measure(*measure)),
+            Quantity::Soft(_) => return Ok(Contribution::Soft),
         };
-        finite(&self.quantities[quantity], value)?;
+        finite(quantity, value)?;
         Ok(Contribution::Slopes(value))
     }
 
@@ -392,10 +399,23 @@ impl DesignProblem {
         quantity: usize,
         tangents: &LinearisedShape,
     ) -> Result<(f64, Vec<f64>), DesignError> {
+        let quantity = self.quantities[quantity].clone();
+        self.gradient_of(&quantity, tangents)
+    }
+
+    fn gradient_of(&mut self, quantity: &Quantity, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
+        if let Quantity::Soft(soft) = quantity {
+            let (value, mut gradient) = self.gradient_of(&soft.quantity, tangents)?;
+            let (square, slope) = soft.square_and_slope(value);
+            gradient.iter_mut().for_each(|g| *g *= slope);
+            return Ok((square, gradient));
+        }
         self.clear_slopes();
         match self.add_slopes(quantity, 1.0)? {
             Contribution::Slopes(value) => Ok((value, self.pull_back(tangents))),
             Contribution::Measure(measure) => self.measure_gradient(&measure, tangents),
+            // taken above
+            Contribution::Soft => Err(DesignError::NotFinite { name: quantity.name() }),
         }
     }
 
@@ -405,19 +425,26 @@ impl DesignProblem {
         let mut values = vec![0.0; self.quantities.len()];
         // objective: all slopes are carried back together
         self.clear_slopes();
-        let mut measures = Vec::new();
+        let (mut measures, mut soft) = (Vec::new(), Vec::new());
         for q in 0..self.quantities.len() {
             let weight = self.weights[q];
             if weight != 0.0 {
-                match self.add_slopes(q, weight)? {
+                let quantity = self.quantities[q].clone();
+                match self.add_slopes(&quantity, weight)? {
                     Contribution::Slopes(value) => values[q] = value,
                     Contribution::Measure(measure) => measures.push((q, measure)),
+                    Contribution::Soft => soft.push(q),
                 }
             }
         }
         let mut gradient = self.pull_back(&tangents);
         for (q, measure) in measures {
             let (value, slope) = self.measure_gradient(&measure, &tangents)?;
+            values[q] = value;
+            gradient.iter_mut().zip(slope).for_each(|(g, s)| *g += self.weights[q] * s);
+        }
+        for q in soft {
+            let (value, slope) = self.quantity_gradient(q, &tangents)?;
             values[q] = value;
             gradient.iter_mut().zip(slope).for_each(|(g, s)| *g += self.weights[q] * s);
         }
@@ -488,7 +515,7 @@ impl Problem for DesignProblem {
         in_parallel_with(processors(), points, worker, |worker, x| worker.evaluate(x))
     }
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && matches!(q, Quantity::Flow(_));
+        let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && q.needs_flow();
         if self.quantities.iter().zip(&self.weights).any(of_flow) {
             return None;
         }

@@ -173,6 +173,10 @@ pub(super) trait Record: Any + Debug + Send + Sync {
     /// Exact derivatives of the coefficients at fixed angle of attack; `None` where the equations are singular.
     fn gradients(&self) -> Option<Gradients>;
 
+    /// Exact derivatives of weighted sums of the pressure coefficients at the nodes at fixed angle of attack, one for
+    /// each list of weights; `None` where the equations are singular.
+    fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>>;
+
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
 
@@ -273,6 +277,27 @@ impl Solution {
             }
             Incidence::Lift(_) => {
                 HeldGradients { coefficients: at_alpha.at_fixed_lift(), alpha: at_alpha.alpha_at_fixed_lift() }
+            }
+        })
+    }
+
+    /// Exact derivatives of weighted sums of the pressure coefficients at the nodes, that is of `Σ weights[k][i] cp[i]`
+    /// with `cp` as in [`Distributions`], one for each list of weights. They hold whatever the condition holds: the angle
+    /// of attack or the lift coefficient.
+    ///
+    /// The result is `None` where the solution is not converged, or where a list has not one weight per node. Six sums
+    /// cost about as much as the derivatives of all coefficients.
+    pub fn pressure_derivatives(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {
+        let nodes = self.record.nodes().len();
+        if !self.is_solved() || weights.iter().any(|list| list.len() != nodes) {
+            return None;
+        }
+        let at_alpha = self.record.pressure_gradients(weights)?;
+        Some(match self.condition.incidence {
+            Incidence::Alpha(_) => at_alpha,
+            Incidence::Lift(_) => {
+                let lift = self.record.gradients()?.cl;
+                at_alpha.into_iter().map(|by| by.at_fixed_lift(&lift)).collect()
             }
         })
     }

@@ -9,6 +9,7 @@
 //! * [`Sqp`]: sequential quadratic programming in a trust region, for problems with constraints: the fewest evaluations;
 //! * [`Method`]: any of them behind one type, as a case file names it;
 //! * [`Bounded`]: bounds on variables by a smooth change of variables, which the first two use by themselves;
+//! * [`ArgminProblem`]: a problem for the solvers of `argmin`, with its bounds;
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
 //! * [`History`]: a row per evaluation, as CSV.
 //!
@@ -45,8 +46,45 @@
 //! assert!((outcome.x[0] - 1.0).abs() < 1e-6);
 //! ```
 //!
+//! Constraints have their values and gradients in the evaluation, and their bounds in the description:
+//!
+//! ```
+//! use aeroform::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
+//! use aeroform::optimize::{Optimizer, Sqp, Termination};
+//! use std::ops::ControlFlow;
+//!
+//! /// The point of the unit circle that is lowest along (1, 1), with x ≥ −0.5.
+//! struct OnCircle(ProblemDescription);
+//! impl Problem for OnCircle {
+//!     fn description(&self) -> &ProblemDescription { &self.0 }
+//!     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+//!         Ok(Evaluation {
+//!             objective: 2.0 + x[0] + x[1],
+//!             gradient: vec![1.0, 1.0],
+//!             constraints: vec![x[0] * x[0] + x[1] * x[1]],
+//!             jacobian: vec![vec![2.0 * x[0], 2.0 * x[1]]],
+//!             values: vec![],
+//!         })
+//!     }
+//!     fn hessian(&mut self, _: &[f64]) -> Option<Result<nalgebra::DMatrix<f64>, AnalysisFailure>> { None }
+//! }
+//!
+//! let mut problem = OnCircle(ProblemDescription {
+//!     variable_names: vec!["x".into(), "y".into()],
+//!     start: vec![0.5, 0.5],
+//!     variable_bounds: vec![Bounds { lower: -0.5, upper: f64::INFINITY }, Bounds::FREE],
+//!     constraint_names: vec!["radius".into()],
+//!     constraint_bounds: vec![Bounds { lower: 1.0, upper: 1.0 }],
+//!     ..ProblemDescription::default()
+//! });
+//! let outcome = Sqp::default().minimize(&mut problem, &mut |_| ControlFlow::Continue(())).unwrap();
+//! assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+//! assert!((outcome.x[0] + 0.5).abs() < 1e-6 && (outcome.x[1] + 0.75f64.sqrt()).abs() < 1e-6);
+//! ```
+//!
 //! This module depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
 
+mod argmin_problem;
 pub(crate) mod atomic;
 mod bounded;
 mod box_quadratic;
@@ -82,6 +120,7 @@ mod vector;
 mod verdict;
 mod watch;
 
+pub use argmin_problem::ArgminProblem;
 pub use bounded::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use engineering::engineering;

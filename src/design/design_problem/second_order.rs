@@ -59,7 +59,7 @@ impl DesignProblem {
     pub fn is_sum_of_squares(&self) -> bool {
         let squares = |quantity: &Quantity| match quantity {
             Quantity::ShapeError => self.instruments.error().is_ok_and(ShapeError::is_sum_of_squares),
-            Quantity::FoldPenalty => true,
+            Quantity::FoldPenalty | Quantity::PressureError | Quantity::Soft(_) => true,
             _ => false,
         };
         let mut terms = self.quantities.iter().zip(&self.weights).filter(|(_, weight)| **weight != 0.0);
@@ -77,10 +77,21 @@ impl DesignProblem {
             if weight == 0.0 {
                 continue;
             }
-            match &self.quantities[q] {
+            match self.quantities[q].clone() {
                 Quantity::ShapeError => {
                     if let Some(of_points) = self.instruments.error()?.gauss_newton_at(&self.work.points) {
                         total += in_variables(&of_points, &tangents) * weight;
+                    }
+                }
+                Quantity::PressureError => {
+                    let of_points = self.instruments.pressures()?.pressure_matrix(&self.work.points)?;
+                    total += in_variables(&of_points, &tangents) * weight;
+                }
+                Quantity::Soft(soft) => {
+                    let (value, gradient) = self.gradient_of(&soft.quantity, &tangents)?;
+                    if soft.square(value) > 0.0 {
+                        let gradient = DVector::from_vec(gradient);
+                        total.ger(2.0 * weight, &gradient, &gradient, 1.0);
                     }
                 }
                 _ => self.add_penalty_matrix(weight, &tangents, &mut total)?,
