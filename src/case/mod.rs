@@ -348,3 +348,6 @@ fn check_name(name: &str) -> Result<(), String> {
 #[cfg(test)]
 #[path = "case_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+mod practice_tests;

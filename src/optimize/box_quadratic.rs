@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 /// Slope, relative to the largest at the start, that counts as none.
 const FLAT: f64 = 1e-13;
 
-/// The minimum of `gᵀp + ½ pᵀAp` over `lower ≤ p ≤ upper`, a box that contains zero; `None` where A is not positive
+/// The minimum of `gᵀp + ½ pᵀAp` over `lower ≤ p ≤ upper`, sought from `start`; `None` where A is not positive
 /// definite to round-off.
 ///
 /// Each pass minimises over the variables that no bound holds, and projects that point onto the box where the quadratic
@@ -16,11 +16,12 @@ pub(super) fn minimum_in_box(
     gradient: &DVector<f64>,
     lower: &[f64],
     upper: &[f64],
+    start: &DVector<f64>,
 ) -> Option<DVector<f64>> {
     let n = gradient.len();
-    let mut at = DVector::zeros(n);
-    let mut slope = gradient.clone();
-    let flat = FLAT * slope.amax();
+    let mut at = DVector::from_fn(n, |k, _| start[k].clamp(lower[k], upper[k]));
+    let mut slope = gradient + matrix * &at;
+    let flat = FLAT * gradient.amax().max(slope.amax());
     // variables that a degenerate step has met a bound of
     let mut blocked = vec![false; n];
     for _ in 0..10 * n + 50 {
@@ -121,7 +122,7 @@ mod tests {
             let mut upper = width[8..].to_vec();
             upper[3] = f64::INFINITY;
             upper[5] = 0.0;
-            let p = minimum_in_box(&matrix, &gradient, &lower, &upper).unwrap();
+            let p = minimum_in_box(&matrix, &gradient, &lower, &upper, &DVector::from_element(8, 0.3)).unwrap();
             let slope = &gradient + &matrix * &p;
             for k in 0..8 {
                 prop_assert!(lower[k] <= p[k] && p[k] <= upper[k]);
@@ -136,6 +137,6 @@ mod tests {
     fn a_matrix_that_is_not_positive_definite_is_refused() {
         let matrix = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, -1.0]);
         let gradient = DVector::from_vec(vec![1.0, 1.0]);
-        assert!(minimum_in_box(&matrix, &gradient, &[-1.0; 2], &[1.0; 2]).is_none());
+        assert!(minimum_in_box(&matrix, &gradient, &[-1.0; 2], &[1.0; 2], &gradient).is_none());
     }
 }

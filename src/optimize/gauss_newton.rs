@@ -25,13 +25,15 @@ use std::ops::ControlFlow;
 ///
 /// The run has converged where the model without damping promises less than
 /// [`objective_tolerance`](Self::objective_tolerance) of the objective, or where the objective has fallen to a 10⁻²⁰th
-/// of its start: an exact match. It has stalled where [`WINDOW`](Self::WINDOW) accepted steps together lowered the
-/// objective by less than [`progress_tolerance`](Self::progress_tolerance) of its size.
+/// of its start: an exact match. It has converged as well where [`WINDOW`](Self::WINDOW) accepted steps together lowered
+/// the objective by less than [`progress_tolerance`](Self::progress_tolerance) of its size, as near optima that hardly
+/// depend on some of many variables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewton {
     /// Predicted relative decrease of the objective that counts as none.
     pub objective_tolerance: f64,
-    /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has stalled.
+    /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has
+    /// converged.
     pub progress_tolerance: f64,
     /// First radius of the ball.
     pub first_radius: f64,
@@ -41,7 +43,7 @@ pub struct GaussNewton {
 
 impl Default for GaussNewton {
     fn default() -> Self {
-        Self { objective_tolerance: 1e-6, progress_tolerance: 5e-3, first_radius: 1.0, limits: Limits::default() }
+        Self { objective_tolerance: 1e-4, progress_tolerance: 1e-2, first_radius: 1.0, limits: Limits::default() }
     }
 }
 
@@ -54,6 +56,8 @@ const GOOD: f64 = 0.75;
 const NOTHING: f64 = 1e-20;
 /// Least damping, as a share of the largest curvature: it keeps the matrix positive definite in round-off.
 const LEAST: f64 = 1e-13;
+/// Damping from which that of the first step is sought, as a share of the largest curvature.
+const FIRST_DAMPING: f64 = 1e-3;
 /// Steps rejected in a row before the run counts as stalled.
 const PATIENCE: usize = 20;
 
@@ -61,7 +65,7 @@ impl GaussNewton {
     /// The name in case files.
     pub const NAME: &'static str = "gauss-newton";
     /// Accepted steps over which progress is judged.
-    pub const WINDOW: usize = 25;
+    pub const WINDOW: usize = 10;
 
     fn check(&self) -> Result<(), OptimizeError> {
         check_settings(
@@ -96,6 +100,8 @@ impl Optimizer for GaussNewton {
             ledger: Ledger::new(problem, observer, self.limits),
             steps,
             radius: self.first_radius,
+            damping: 0.0,
+            latest: None,
             rejected: 0,
             accepted: Vec::new(),
             steepest: 0.0,
@@ -131,12 +137,26 @@ impl Modelled {
     }
 }
 
+/// A step in natural steps.
+struct Step {
+    step: DVector<f64>,
+    /// Length in the metric.
+    length: f64,
+    /// By how much the model falls.
+    fall: f64,
+    /// Whether it is damped to stay within the ball.
+    at_surface: bool,
+}
+
 struct Run<'a> {
     settings: GaussNewton,
     ledger: Ledger<'a>,
     steps: Vec<f64>,
     /// Largest length of a step.
     radius: f64,
+    /// Damping and step of the latest model, from which the next are sought.
+    damping: f64,
+    latest: Option<DVector<f64>>,
     /// Steps rejected in a row.
     rejected: usize,
     /// Objectives of the accepted points, that of the start first.
@@ -156,12 +176,14 @@ impl Run<'_> {
             return verdict::fails_at_start(self.ledger.last_failure());
         };
         self.accepted.push(point.evaluation.objective);
+        self.damping = FIRST_DAMPING * point.size;
         loop {
-            if let Some(verdict) = self.judge(&point) {
+            let step = self.step(&point);
+            if let Some(verdict) = self.judge(&point, step.as_ref()) {
                 return verdict;
             }
             self.ledger.iteration += 1;
-            match self.advance(&point) {
+            match step.and_then(|step| self.advance(&point, step)) {
                 Some(next) => {
                     self.rejected = 0;
                     self.accepted.push(next.evaluation.objective);
@@ -186,69 +208,76 @@ impl Run<'_> {
         Some(Modelled { x, evaluation, gradient, matrix, metric, size })
     }
 
-    /// The minimum of the model with some damping within the bounds, as a step in natural steps.
-    fn damped(&self, point: &Modelled, damping: f64) -> Option<DVector<f64>> {
+    /// The minimum of the model with some damping within the bounds, as a step in natural steps; `near` is a guess.
+    fn damped(&self, point: &Modelled, damping: f64, near: &DVector<f64>) -> Option<DVector<f64>> {
         let room = |bound: f64, k: usize| (bound - point.x[k]) / self.steps[k];
         let bounds = self.ledger.description().variable_bounds.iter().enumerate();
         let (lower, upper): (Vec<f64>, Vec<f64>) =
             bounds.map(|(k, b)| (room(b.lower, k).min(0.0), room(b.upper, k).max(0.0))).unzip();
-        minimum_in_box(&(&point.matrix + &point.metric * damping), &point.gradient, &lower, &upper)
+        minimum_in_box(&(&point.matrix + &point.metric * damping), &point.gradient, &lower, &upper, near)
     }
 
-    /// The step to the minimum of the model as good as without damping.
-    fn undamped(&self, point: &Modelled) -> Option<DVector<f64>> {
+    /// The step within the ball, damped as little as that allows.
+    fn step(&mut self, point: &Modelled) -> Option<Step> {
+        let least = LEAST * point.size;
+        let mut damping = self.damping.max(least);
+        // the length falls with the damping
+        let (mut low, mut high) = (None, None);
+        let mut inside: Option<DVector<f64>> = None;
+        let mut near = self.latest.clone().unwrap_or_else(|| DVector::zeros(point.x.len()));
+        for _ in 0..60 {
+            let found = self.damped(point, damping, &near);
+            let length = found.as_ref().map_or(f64::INFINITY, |step| point.length(step));
+            // written so that what is no number is too long
+            if let Some(step) = found.filter(|_| length <= self.radius) {
+                near.clone_from(&step);
+                inside = Some(step);
+                high = Some(damping);
+                if length >= 0.7 * self.radius || damping <= least {
+                    break;
+                }
+                damping = low.map_or(0.03 * damping, |low: f64| (low * damping).sqrt()).max(least);
+            } else {
+                low = Some(damping);
+                damping = high.map_or(30.0 * damping, |high: f64| (high * damping).sqrt());
+            }
+            if low.zip(high).is_some_and(|(low, high)| high <= 1.01 * low) {
+                break;
+            }
+        }
+        let step = inside?;
+        let damping = high?;
+        self.damping = damping;
+        self.latest = Some(step.clone());
+        Some(Step { fall: point.fall(&step), length: point.length(&step), at_surface: damping > least, step })
+    }
+
+    /// By how much the model could fall without damping, beside what it falls by a step within the ball.
+    fn left(&self, point: &Modelled, step: &Step) -> f64 {
+        if !step.at_surface || step.fall > self.settings.objective_tolerance * point.evaluation.objective {
+            return step.fall;
+        }
         let mut damping = LEAST * point.size;
         while damping <= point.size {
-            if let Some(step) = self.damped(point, damping) {
-                return Some(step);
+            if let Some(free) = self.damped(point, damping, &step.step) {
+                return point.fall(&free);
             }
             damping *= 100.0;
         }
-        None
-    }
-
-    /// A step within the ball, and whether it reaches the surface.
-    fn step(&self, point: &Modelled) -> Option<(DVector<f64>, bool)> {
-        let step = self.undamped(point)?;
-        if point.length(&step) <= self.radius {
-            return Some((step, false));
-        }
-        let (mut low, mut high) = (LEAST * point.size, point.size);
-        let mut inside = self.damped(point, high)?;
-        while point.length(&inside) > self.radius {
-            low = high;
-            high *= 100.0;
-            inside = self.damped(point, high)?;
-        }
-        // the length falls with the damping
-        for _ in 0..40 {
-            if point.length(&inside) >= 0.9 * self.radius {
-                break;
-            }
-            let middle = (low * high).sqrt();
-            match self.damped(point, middle) {
-                Some(step) if point.length(&step) <= self.radius => (high, inside) = (middle, step),
-                _ => low = middle,
-            }
-        }
-        Some((inside, true))
+        f64::INFINITY
     }
 
     /// One step: the next point, or `None` where it is rejected.
-    fn advance(&mut self, point: &Modelled) -> Option<Modelled> {
-        let Some((step, at_surface)) = self.step(point) else {
-            self.radius *= 0.25;
-            return None;
-        };
+    fn advance(&mut self, point: &Modelled, step: Step) -> Option<Modelled> {
+        let Step { step, length, fall, at_surface } = step;
         let bounds = &self.ledger.description().variable_bounds;
         let move_by = |k: usize| (point.x[k] + step[k] * self.steps[k]).max(bounds[k].lower).min(bounds[k].upper);
         let x: Vec<f64> = (0..point.x.len()).map(move_by).collect();
-        let length = point.length(&step);
         let Ok(evaluation) = self.ledger.evaluate(&x) else {
             self.radius = 0.25 * length;
             return None;
         };
-        let share = (point.evaluation.objective - evaluation.objective) / point.fall(&step);
+        let share = (point.evaluation.objective - evaluation.objective) / fall;
         // written so that NaN fails
         if !(share >= POOR) {
             let along = |e: &Evaluation| (0..x.len()).map(|k| e.gradient[k] * step[k] * self.steps[k]).sum::<f64>();
@@ -269,7 +298,7 @@ impl Run<'_> {
     }
 
     /// Why the run ends at `point`, if it does.
-    fn judge(&self, point: &Modelled) -> Option<(Termination, String)> {
+    fn judge(&self, point: &Modelled, step: Option<&Step>) -> Option<(Termination, String)> {
         if self.ledger.halted().is_some() || self.ledger.lacks_squares() {
             // the ledger words it
             return Some((Termination::Interrupted, String::new()));
@@ -279,7 +308,7 @@ impl Run<'_> {
             let message = format!("Converged: the match is exact, {:.0e} of the objective at the start.", NOTHING);
             return Some((Termination::Converged, message));
         }
-        let left = self.undamped(point).map_or(f64::INFINITY, |step| point.fall(&step));
+        let left = step.map_or(f64::INFINITY, |step| self.left(point, step));
         if left <= self.settings.objective_tolerance * objective {
             let share = left.max(0.0) / objective;
             let at = Iterate::new(&self.ledger, &point.x, point.evaluation.clone());
@@ -290,12 +319,12 @@ impl Run<'_> {
             && earlier - objective < self.settings.progress_tolerance * objective
         {
             let share = (earlier - objective) / objective;
+            let at = Iterate::new(&self.ledger, &point.x, point.evaluation.clone());
             let message = format!(
-                "The last {} steps lowered the objective by only {share:.1e} of its size; the model promises {:.1e}.",
+                "Converged: the last {} steps together lowered the objective by only {share:.1e} of its size.",
                 GaussNewton::WINDOW,
-                left / objective
             );
-            return Some((Termination::Stalled, message));
+            return Some((Termination::Converged, message + &verdict::holding(&self.ledger, &at)));
         }
         if self.rejected >= PATIENCE {
             let slope = norm(&point.evaluation.gradient);
