@@ -103,6 +103,7 @@ impl Optimizer for GaussNewton {
             damping: 0.0,
             latest: None,
             rejected: 0,
+            failed_at: None,
             accepted: Vec::new(),
             steepest: 0.0,
         };
@@ -159,6 +160,8 @@ struct Run<'a> {
     latest: Option<DVector<f64>>,
     /// Steps rejected in a row.
     rejected: usize,
+    /// Iteration at which an analysis failed last.
+    failed_at: Option<usize>,
     /// Objectives of the accepted points, that of the start first.
     accepted: Vec<f64>,
     /// Largest norm of the gradient so far.
@@ -274,6 +277,7 @@ impl Run<'_> {
         let move_by = |k: usize| (point.x[k] + step[k] * self.steps[k]).max(bounds[k].lower).min(bounds[k].upper);
         let x: Vec<f64> = (0..point.x.len()).map(move_by).collect();
         let Ok(evaluation) = self.ledger.evaluate(&x) else {
+            self.failed_at = Some(self.ledger.iteration);
             self.radius = 0.25 * length;
             return None;
         };
@@ -297,6 +301,11 @@ impl Run<'_> {
         next
     }
 
+    /// A wall of failures is met again and again, with short accepted steps in between.
+    fn failed_recently(&self) -> bool {
+        self.failed_at.is_some_and(|iteration| iteration + GaussNewton::WINDOW > self.ledger.iteration)
+    }
+
     /// Why the run ends at `point`, if it does.
     fn judge(&self, point: &Modelled, step: Option<&Step>) -> Option<(Termination, String)> {
         if self.ledger.halted().is_some() || self.ledger.lacks_squares() {
@@ -318,6 +327,9 @@ impl Run<'_> {
         if let Some(earlier) = self.accepted.len().checked_sub(GaussNewton::WINDOW + 1).map(|k| self.accepted[k])
             && earlier - objective < self.settings.progress_tolerance * objective
         {
+            if self.failed_recently() {
+                return Some(verdict::walled_in(&self.ledger, norm(&point.evaluation.gradient)));
+            }
             let share = (earlier - objective) / objective;
             let at = Iterate::new(&self.ledger, &point.x, point.evaluation.clone());
             let message = format!(
@@ -328,7 +340,7 @@ impl Run<'_> {
         }
         if self.rejected >= PATIENCE {
             let slope = norm(&point.evaluation.gradient);
-            let words = if self.ledger.last_failed() {
+            let words = if self.failed_recently() {
                 verdict::walled_in(&self.ledger, slope)
             } else {
                 verdict::no_descent(slope, self.steepest)
