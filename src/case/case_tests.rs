@@ -183,7 +183,9 @@ fn a_case_runs_as_its_file_says() {
     case.use_method("newton").unwrap();
     assert!(matches!(&case.method, Method::Newton(m) if m.objective_tolerance == 1e-3 && m.limits.evaluations == 20));
     assert_ne!(case.identity(), before);
-    assert!(case.use_method("simplex").unwrap_err().to_string().contains("known: lbfgs, newton, slsqp, sqp"));
+    assert!(
+        case.use_method("simplex").unwrap_err().to_string().contains("known: lbfgs, newton, gauss-newton, slsqp, sqp")
+    );
     let mut constrained = Case::open("skewed-pinned").unwrap();
     constrained.use_method("lbfgs").unwrap();
     let error = constrained.run(&mut |_| ControlFlow::Continue(())).unwrap_err();

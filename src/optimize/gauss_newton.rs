@@ -27,7 +27,8 @@ use std::ops::ControlFlow;
 /// [`objective_tolerance`](Self::objective_tolerance) of the objective, or where the objective has fallen to a 10⁻²⁰th
 /// of its start: an exact match. It has converged as well where [`WINDOW`](Self::WINDOW) accepted steps together lowered
 /// the objective by less than [`progress_tolerance`](Self::progress_tolerance) of its size, as near optima that hardly
-/// depend on some of many variables.
+/// depend on some of many variables, and where the objective has fallen to [`match_tolerance`](Self::match_tolerance) of
+/// its start and the latest step did not halve it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewton {
     /// Predicted relative decrease of the objective that counts as none.
@@ -35,6 +36,9 @@ pub struct GaussNewton {
     /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has
     /// converged.
     pub progress_tolerance: f64,
+    /// Objective over that of the start below which slow progress ends the run: the root of it is the share of the
+    /// distance from a target that is left.
+    pub match_tolerance: f64,
     /// First radius of the ball.
     pub first_radius: f64,
     /// Limits of the run.
@@ -43,7 +47,13 @@ pub struct GaussNewton {
 
 impl Default for GaussNewton {
     fn default() -> Self {
-        Self { objective_tolerance: 1e-4, progress_tolerance: 1e-2, first_radius: 1.0, limits: Limits::default() }
+        Self {
+            objective_tolerance: 1e-4,
+            progress_tolerance: 1e-2,
+            match_tolerance: 1e-8,
+            first_radius: 1.0,
+            limits: Limits::default(),
+        }
     }
 }
 
@@ -74,6 +84,7 @@ impl GaussNewton {
             &[
                 ("objective_tolerance", self.objective_tolerance, Range::NotNegative),
                 ("progress_tolerance", self.progress_tolerance, Range::NotNegative),
+                ("match_tolerance", self.match_tolerance, Range::NotNegative),
                 ("first_radius", self.first_radius, Range::Positive),
             ],
         )
@@ -313,6 +324,13 @@ impl Run<'_> {
             return Some((Termination::Interrupted, String::new()));
         }
         let objective = point.evaluation.objective;
+        let before = self.accepted.iter().rev().nth(1).copied().unwrap_or(f64::INFINITY);
+        if objective <= self.settings.match_tolerance * self.accepted[0] && objective > 0.5 * before {
+            let share = objective / self.accepted[0];
+            let message =
+                format!("Converged: {share:.0e} of the objective at the start is left, which falls slowly now.");
+            return Some((Termination::Converged, message));
+        }
         if objective <= NOTHING * self.accepted[0] {
             let message = format!("Converged: the match is exact, {:.0e} of the objective at the start.", NOTHING);
             return Some((Termination::Converged, message));

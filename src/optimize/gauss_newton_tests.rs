@@ -160,3 +160,25 @@ fn a_resumed_run_continues_bit_for_bit() {
         assert_eq!((outcome.x, outcome.evaluations), (whole.x.clone(), whole.evaluations));
     }
 }
+
+/// A nearly perfect match, whose rest falls ever more slowly along a flat valley.
+struct Flat;
+impl VectorFunction for Flat {
+    type Error = Infallible;
+    fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, Infallible> {
+        Ok(vec![x[0] - 1.0, (x[1] - 1.0).powi(3) * 1e-3])
+    }
+}
+
+#[test]
+fn a_match_that_is_good_enough_ends_where_progress_is_slow() {
+    let problem = || Squares::new(Flat, &[4.0, 1.5], FREE);
+    let tight = GaussNewton { objective_tolerance: 0.0, progress_tolerance: 0.0, ..GaussNewton::default() };
+    let outcome = run(&tight, &mut problem());
+    assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+    let objective = outcome.evaluation.unwrap().objective;
+    assert!(objective <= 1e-8 * 9.0 && outcome.message.contains("at the start is left"), "{}", outcome.message);
+    // without that tolerance the run goes on
+    let outcome = run(&GaussNewton { match_tolerance: 0.0, ..tight }, &mut problem());
+    assert!(outcome.evaluation.unwrap().objective < 1e-3 * objective);
+}
