@@ -64,7 +64,7 @@ pub(super) fn design_problem(
 /// The quantity that a soft limit limits.
 fn limited(term: &Quantity) -> Option<Quantity> {
     match term {
-        Quantity::Soft(soft) => Some(soft.quantity.clone()),
+        Quantity::Soft { quantity, .. } => Some((**quantity).clone()),
         _ => None,
     }
 }

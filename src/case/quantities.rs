@@ -135,7 +135,8 @@ impl Quantities<'_> {
             }
             for quantity in self.each(name, &path)? {
                 let Constraint { quantity, bounds } = self.constraint(name, quantity, entry)?;
-                terms.push((Quantity::Soft(Box::new(SoftLimit { quantity, bounds })), weight));
+                let limit = SoftLimit { bounds };
+                terms.push((Quantity::Soft { quantity: Box::new(quantity), limit }, weight));
             }
         }
         Ok(terms)

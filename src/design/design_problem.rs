@@ -377,7 +377,7 @@ impl DesignProblem {
                 flow.pressure_error_and_slope(&work.points, factor, &mut work.point_slope)?
             }
             Quantity::Measure(measure) => return Ok(Contribution::Measure(*measure)),
-            Quantity::Soft(_) => return Ok(Contribution::Soft),
+            Quantity::Soft { .. } => return Ok(Contribution::Soft),
         };
         finite(quantity, value)?;
         Ok(Contribution::Slopes(value))
@@ -404,9 +404,9 @@ impl DesignProblem {
     }
 
     fn gradient_of(&mut self, quantity: &Quantity, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
-        if let Quantity::Soft(soft) = quantity {
-            let (value, mut gradient) = self.gradient_of(&soft.quantity, tangents)?;
-            let (square, slope) = soft.square_and_slope(value);
+        if let Quantity::Soft { quantity, limit } = quantity {
+            let (value, mut gradient) = self.gradient_of(quantity, tangents)?;
+            let (square, slope) = limit.square_and_slope(value);
             gradient.iter_mut().for_each(|g| *g *= slope);
             return Ok((square, gradient));
         }

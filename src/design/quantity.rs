@@ -35,7 +35,12 @@ pub enum Quantity {
     /// Mean square difference of the pressures from those wanted, over the panel nodes of the undeformed section.
     PressureError,
     /// The square of what another quantity is beyond its bounds.
-    Soft(Box<SoftLimit>),
+    Soft {
+        /// The quantity that is limited.
+        quantity: Box<Quantity>,
+        /// Its limit.
+        limit: SoftLimit,
+    },
 }
 
 impl Quantity {
@@ -62,7 +67,7 @@ impl Quantity {
             Self::Measure(measure) => measure.name(),
             Self::Flow(flow) => flow.name(),
             Self::PressureError => "cp_error".into(),
-            Self::Soft(soft) => format!("soft({})", soft.quantity.name()),
+            Self::Soft { quantity, .. } => format!("soft({})", quantity.name()),
         }
     }
 
@@ -70,7 +75,7 @@ impl Quantity {
     pub fn needs_flow(&self) -> bool {
         match self {
             Self::Flow(_) | Self::PressureError => true,
-            Self::Soft(soft) => soft.quantity.needs_flow(),
+            Self::Soft { quantity, .. } => quantity.needs_flow(),
             _ => false,
         }
     }
@@ -97,7 +102,7 @@ impl Instruments {
             Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
             Quantity::Flow(flow) => self.flow()?.value(flow, shape.section.curve().control_points())?,
             Quantity::PressureError => self.pressures()?.pressure_error(shape.section.curve().control_points())?,
-            Quantity::Soft(soft) => soft.square(self.value(&soft.quantity, shape)?),
+            Quantity::Soft { quantity, limit } => limit.square(self.value(quantity, shape)?),
         };
         finite(quantity, value.re())?;
         Ok(value)

@@ -1,7 +1,6 @@
 //! Limits that give way: the square of what a quantity is beyond them.
 
-use super::Bounds;
-use super::quantity::Quantity;
+use super::problem::Bounds;
 use crate::scalar::Scalar;
 use num_dual::{Dual64, first_derivative};
 
@@ -9,11 +8,9 @@ use num_dual::{Dual64, first_derivative};
 ///
 /// The square is smooth where the limit is reached, and so is a design that gives way a little: the larger the weight,
 /// the less.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SoftLimit {
-    /// The quantity that is limited.
-    pub quantity: Quantity,
-    /// Its bounds.
+    /// Bounds of the quantity.
     pub bounds: Bounds,
 }
 
@@ -43,8 +40,7 @@ mod tests {
 
     #[test]
     fn nothing_within_and_a_square_beyond() {
-        let quantity = Quantity::parse("area").unwrap();
-        let soft = SoftLimit { quantity, bounds: Bounds { lower: 1.0, upper: 2.0 } };
+        let soft = SoftLimit { bounds: Bounds { lower: 1.0, upper: 2.0 } };
         assert_eq!(soft.square_and_slope(1.5), (0.0, 0.0));
         assert_eq!(soft.square_and_slope(0.5), (0.25, -1.0));
         assert_eq!(soft.square_and_slope(4.0), (4.0, 4.0));

@@ -176,9 +176,9 @@ fn a_match_that_is_good_enough_ends_where_progress_is_slow() {
     let tight = GaussNewton { objective_tolerance: 0.0, progress_tolerance: 0.0, ..GaussNewton::default() };
     let outcome = run(&tight, &mut problem());
     assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
-    let objective = outcome.evaluation.unwrap().objective;
+    let objective = outcome.evaluation.as_ref().unwrap().objective;
     assert!(objective <= 1e-8 * 9.0 && outcome.message.contains("at the start is left"), "{}", outcome.message);
     // without that tolerance the run goes on
-    let outcome = run(&GaussNewton { match_tolerance: 0.0, ..tight }, &mut problem());
-    assert!(outcome.evaluation.unwrap().objective < 1e-3 * objective);
+    let longer = run(&GaussNewton { match_tolerance: 0.0, ..tight }, &mut problem());
+    assert!(longer.evaluations > outcome.evaluations && longer.evaluation.unwrap().objective < objective);
 }

@@ -71,7 +71,7 @@
 //!
 //! let mut problem = OnCircle(ProblemDescription {
 //!     variable_names: vec!["x".into(), "y".into()],
-//!     start: vec![0.5, 0.5],
+//!     start: vec![0.5, -0.5],
 //!     variable_bounds: vec![Bounds { lower: -0.5, upper: f64::INFINITY }, Bounds::FREE],
 //!     constraint_names: vec!["radius".into()],
 //!     constraint_bounds: vec![Bounds { lower: 1.0, upper: 1.0 }],

@@ -59,7 +59,7 @@ impl DesignProblem {
     pub fn is_sum_of_squares(&self) -> bool {
         let squares = |quantity: &Quantity| match quantity {
             Quantity::ShapeError => self.instruments.error().is_ok_and(ShapeError::is_sum_of_squares),
-            Quantity::FoldPenalty | Quantity::PressureError | Quantity::Soft(_) => true,
+            Quantity::FoldPenalty | Quantity::PressureError | Quantity::Soft { .. } => true,
             _ => false,
         };
         let mut terms = self.quantities.iter().zip(&self.weights).filter(|(_, weight)| **weight != 0.0);
@@ -87,9 +87,9 @@ impl DesignProblem {
                     let of_points = self.instruments.pressures()?.pressure_matrix(&self.work.points)?;
                     total += in_variables(&of_points, &tangents) * weight;
                 }
-                Quantity::Soft(soft) => {
-                    let (value, gradient) = self.gradient_of(&soft.quantity, &tangents)?;
-                    if soft.square(value) > 0.0 {
+                Quantity::Soft { quantity, limit } => {
+                    let (value, gradient) = self.gradient_of(&quantity, &tangents)?;
+                    if limit.square(value) > 0.0 {
                         let gradient = DVector::from_vec(gradient);
                         total.ger(2.0 * weight, &gradient, &gradient, 1.0);
                     }
