@@ -53,14 +53,14 @@
 //! use aeroform::optimize::{Optimizer, Sqp, Termination};
 //! use std::ops::ControlFlow;
 //!
-//! /// The point of the unit circle that is lowest along (1, 1), with x ≥ −0.5.
-//! struct OnCircle(ProblemDescription);
-//! impl Problem for OnCircle {
+//! /// The point of the unit disc with x ≤ 0.8 that is closest to (2, 1).
+//! struct InDisc(ProblemDescription);
+//! impl Problem for InDisc {
 //!     fn description(&self) -> &ProblemDescription { &self.0 }
 //!     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
 //!         Ok(Evaluation {
-//!             objective: 2.0 + x[0] + x[1],
-//!             gradient: vec![1.0, 1.0],
+//!             objective: (x[0] - 2.0).powi(2) + (x[1] - 1.0).powi(2),
+//!             gradient: vec![2.0 * (x[0] - 2.0), 2.0 * (x[1] - 1.0)],
 //!             constraints: vec![x[0] * x[0] + x[1] * x[1]],
 //!             jacobian: vec![vec![2.0 * x[0], 2.0 * x[1]]],
 //!             values: vec![],
@@ -69,17 +69,17 @@
 //!     fn hessian(&mut self, _: &[f64]) -> Option<Result<nalgebra::DMatrix<f64>, AnalysisFailure>> { None }
 //! }
 //!
-//! let mut problem = OnCircle(ProblemDescription {
+//! let mut problem = InDisc(ProblemDescription {
 //!     variable_names: vec!["x".into(), "y".into()],
-//!     start: vec![0.5, -0.5],
-//!     variable_bounds: vec![Bounds { lower: -0.5, upper: f64::INFINITY }, Bounds::FREE],
-//!     constraint_names: vec!["radius".into()],
-//!     constraint_bounds: vec![Bounds { lower: 1.0, upper: 1.0 }],
+//!     start: vec![0.1, 0.1],
+//!     variable_bounds: vec![Bounds { lower: f64::NEG_INFINITY, upper: 0.8 }, Bounds::FREE],
+//!     constraint_names: vec!["squared radius".into()],
+//!     constraint_bounds: vec![Bounds { lower: f64::NEG_INFINITY, upper: 1.0 }],
 //!     ..ProblemDescription::default()
 //! });
 //! let outcome = Sqp::default().minimize(&mut problem, &mut |_| ControlFlow::Continue(())).unwrap();
 //! assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
-//! assert!((outcome.x[0] + 0.5).abs() < 1e-6 && (outcome.x[1] + 0.75f64.sqrt()).abs() < 1e-6);
+//! assert!((outcome.x[0] - 0.8).abs() < 1e-4 && (outcome.x[1] - 0.6).abs() < 1e-4, "{:?}", outcome.x);
 //! ```
 //!
 //! This module depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
