@@ -1,6 +1,6 @@
 //! Files of pressures along the chord: x and Cp, from the trailing edge over the upper side to the nose and back.
 
-/// What is wrong in a file, with the line from 1 where one is meant.
+/// A fault of a file, with the line from 1 where one is meant.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TableError {
     pub line: Option<usize>,

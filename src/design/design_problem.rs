@@ -1,17 +1,14 @@
 //! [`DesignProblem`]: geometry, quantities, objective and constraints joined into what an optimiser sees.
 
+mod as_problem;
 mod second_order;
 
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
 use super::geometry::Geometry;
 use super::linearised::LinearisedShape;
-use super::parallel::{in_parallel_with, processors};
 use super::quantity::{Instruments, Quantity, ValueAndGradient, finite};
 use super::shape::Shape;
-use super::{
-    AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription, ShapeError, ShapeNorm,
-    TargetDistance,
-};
+use super::{Bounds, DesignError, Evaluation, ProblemDescription, ShapeError, ShapeNorm, TargetDistance};
 use crate::ffd::FoldReport;
 use crate::flow::{FlowSection, Solution};
 use crate::scalar::Scalar;
@@ -486,48 +483,4 @@ impl DesignProblem {
 /// The objective: the sum of the values that have a weight, so that those without one may be NaN.
 pub(crate) fn weighted_sum(values: &[f64], weights: &[f64]) -> f64 {
     values.iter().zip(weights).filter(|(_, weight)| **weight != 0.0).map(|(value, weight)| value * weight).sum()
-}
-
-impl From<DesignError> for AnalysisFailure {
-    fn from(error: DesignError) -> Self {
-        Self { reason: error.to_string() }
-    }
-}
-
-impl Problem for DesignProblem {
-    fn description(&self) -> &ProblemDescription {
-        &self.description
-    }
-    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        Ok(self.try_evaluate(x)?)
-    }
-    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
-        let Some(flow) = &self.instruments.flow else {
-            return points.iter().map(|x| self.evaluate(x)).collect();
-        };
-        let shape = self.geometry.shape(&self.unscaled(base)).ok();
-        let flow = flow.near(shape.as_ref());
-        let worker = || {
-            let mut worker = self.clone();
-            worker.instruments.flow = Some(flow.on_the_same_clock());
-            worker
-        };
-        in_parallel_with(processors(), points, worker, |worker, x| worker.evaluate(x))
-    }
-    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && q.needs_flow();
-        if self.quantities.iter().zip(&self.weights).any(of_flow) {
-            return None;
-        }
-        Some(self.try_hessian(x).map_err(AnalysisFailure::from))
-    }
-    fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        self.is_sum_of_squares().then(|| self.normal_matrix(x).map_err(AnalysisFailure::from))
-    }
-    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
-        self.distortion(x)
-    }
-    fn natural_steps(&self) -> Option<Vec<f64>> {
-        Some(self.geometry.variables().iter().map(|v| v.step / v.scale).collect())
-    }
 }
