@@ -37,8 +37,8 @@ pub struct ShapeFlows {
 
 /// A design problem over a geometry.
 ///
-/// Built from a case file by `Case` of the module [`case`](crate::case). As a [`Problem`](super::Problem) it works in scaled variables;
-/// the methods here take variables in their own units.
+/// Built from a case file by `Case` of the module [`case`](crate::case). As a [`Problem`](super::Problem) it works in
+/// scaled variables; the methods here take variables in their own units.
 #[derive(Debug, Clone)]
 pub struct DesignProblem {
     geometry: Geometry,
