@@ -69,6 +69,7 @@ fn run() {
             "min_fold_indicator",
             "folded",
             "self_intersecting",
+            "target_distance",
             "identifiers",
         ]
     );

@@ -443,13 +443,13 @@ routines! {
         all
     }
     shape_error<S>(x = AT) {
-        let norms = [ShapeNorm::ArcLength, ShapeNorm::Parameter, ShapeNorm::ControlPoints, ShapeNorm::RootMeanSquare];
+        let norms = ShapeNorm::NAMES.map(|(_, norm)| norm);
         let target = curve(&[x[0] * 1.1, x[1] + 0.2]);
         let constant = curve(&[0.3, 0.1]);
         let shape = curve(x);
         norms.iter().flat_map(|&norm| {
-            let against = ShapeError::new(norm, &target, shape.knots()).unwrap();
-            let fixed = ShapeError::new(norm, &constant, shape.knots()).unwrap();
+            let against = ShapeError::new(norm, &target, &shape).unwrap();
+            let fixed = ShapeError::new(norm, &constant, &constant).unwrap();
             [against.value(shape.control_points()), fixed.value(shape.control_points())]
         }).collect()
     }

@@ -291,15 +291,19 @@ fn norms() -> Result<Sheet, Failure> {
     let d: f64 = 0.01;
     let shifted: Vec<[f64; 2]> = curve.control_points().iter().map(|p| [p[0] + 0.6 * d, p[1] - 0.8 * d]).collect();
     for (name, norm) in ShapeNorm::NAMES {
-        let error = ShapeError::new(norm, curve, curve.knots())?;
+        let error = ShapeError::new(norm, curve, curve)?;
         let (expected, tolerance) = match norm {
             // two quadratures of the length of the same curve
             ShapeNorm::ArcLength => (d * d * target.perimeter()?, 1e-6),
             ShapeNorm::Parameter => (d * d, 1e-12),
             ShapeNorm::ControlPoints => (101.0 * d * d, 1e-12),
             ShapeNorm::RootMeanSquare => (d, 1e-12),
+            // the mean square of the normal component, for which there is no formula
+            ShapeNorm::Closest => (f64::NAN, 0.0),
         };
-        sheet.relative(&format!("{name}, shifted"), expected, error.value(&shifted), tolerance);
+        if norm != ShapeNorm::Closest {
+            sheet.relative(&format!("{name}, shifted"), expected, error.value(&shifted), tolerance);
+        }
         sheet.value(&format!("{name}, itself"), 0.0, error.value(curve.control_points()), 1e-15);
     }
     Ok(sheet)

@@ -3,6 +3,7 @@
 use super::document::Document;
 use super::error::{CaseError, nearest};
 use super::flow::flow_analysis;
+use super::pressures::set_pressure_target;
 use super::quantities::Quantities;
 use super::schema::{
     BoxTable, CaseTable, KulfanTable, MirrorName, PinEntry, PlacementName, Rules, SectionTable, TrailingEdgeName,
@@ -35,10 +36,21 @@ pub(super) fn design_problem(
         }
         None => None,
     };
-    let instruments = instruments(document, table, &geometry, target.as_ref())?;
+    let mut instruments = instruments(document, table, &geometry, target.as_ref())?;
+    let pressure_section = match table.pressure_target.as_ref().and_then(|wanted| wanted.section.as_ref()) {
+        Some(section) => {
+            let definition = definition(document, section, "pressure_target", folder)?;
+            repairs.extend(self::repairs(&definition, section));
+            Some(definition.section().map_err(|e| document.error(&["pressure_target", "section"], e.to_string()))?)
+        }
+        None => None,
+    };
+    set_pressure_target(document, table, folder, geometry.section(), &mut instruments.flow, pressure_section)?;
     let quantities = Quantities { document, geometry: &geometry, instruments: &instruments };
-    let objective = objective(document, table, &quantities)?;
-    let mut report = Vec::new();
+    let mut objective = objective(document, table, &quantities)?;
+    let soft = quantities.soft_limits(&table.constraints.0)?;
+    let mut report: Vec<Quantity> = soft.iter().filter_map(|(term, _)| limited(term)).collect();
+    objective.extend(soft);
     for name in &table.report.values {
         report.extend(quantities.each(name, &["report", "values"])?);
     }
@@ -47,6 +59,14 @@ pub(super) fn design_problem(
         .map_err(|e| document.error(&["variables"], e.to_string()))?;
     check_start(document, table, &problem)?;
     Ok((problem, repairs))
+}
+
+/// The quantity that a soft limit limits.
+fn limited(term: &Quantity) -> Option<Quantity> {
+    match term {
+        Quantity::Soft { quantity, .. } => Some((**quantity).clone()),
+        _ => None,
+    }
 }
 
 /// Refuses a case whose start has no value, at the key that asks for it; whether it has a flow the run tells.
@@ -59,12 +79,15 @@ fn check_start(document: &Document, table: &CaseTable, problem: &DesignProblem) 
     let quantity = &problem.quantities()[q];
     // a name may be written in more than one way
     let asks = |name: &str| name == quantity.name() || Quantity::parse(name).is_ok_and(|other| other == *quantity);
-    let objective = table.objective.minimize.0.iter().map(|(name, _)| name).find(|name| asks(name));
+    let named = |entries: &[(String, f64)]| entries.iter().map(|(name, _)| name.clone()).find(|name| asks(name));
+    let minimized = named(&table.objective.minimize.0);
+    let maximized = named(&table.objective.maximize.0);
     let constraint = table.constraints.0.iter().map(|(name, _)| name).find(|name| asks(name));
-    let path = match (objective, constraint) {
-        (Some(name), _) => vec!["objective", "minimize", name],
-        (None, Some(name)) => vec!["constraints", name],
-        (None, None) => vec!["objective"],
+    let path = match (&minimized, &maximized, constraint) {
+        (Some(name), ..) => vec!["objective", "minimize", name],
+        (None, Some(name), _) => vec!["objective", "maximize", name],
+        (None, None, Some(name)) => vec!["constraints", name],
+        (None, None, None) => vec!["objective"],
     };
     Err(document.error(&path, format!("{} at the start: {error}", quantity.name())))
 }
@@ -386,6 +409,8 @@ fn instruments(
     target: Option<&Section<f64>>,
 ) -> Result<Instruments, CaseError> {
     let norm = match &table.shape_error.norm {
+        // parameters of measured points mean nothing
+        None if table.target.as_ref().is_some_and(|target| target.file.is_some()) => ShapeNorm::Closest,
         None => ShapeNorm::default(),
         Some(name) => ShapeNorm::NAMES.iter().find(|(n, _)| n == name).map(|(_, norm)| *norm).ok_or_else(|| {
             let known: Vec<&str> = ShapeNorm::NAMES.iter().map(|(n, _)| *n).collect();
@@ -395,7 +420,7 @@ fn instruments(
     let shape_error = match target {
         None => None,
         Some(target) => Some(
-            ShapeError::new(norm, target.curve(), geometry.section().curve().knots())
+            ShapeError::new(norm, target.curve(), geometry.section().curve())
                 .map_err(|e| document.error(&["target"], e.to_string()))?,
         ),
     };
@@ -422,8 +447,10 @@ fn objective(
     quantities: &Quantities<'_>,
 ) -> Result<Vec<(Quantity, f64)>, CaseError> {
     let mut terms = Vec::new();
-    for (name, weight) in &table.objective.minimize.0 {
-        let path = ["objective", "minimize", name];
+    let minimize = table.objective.minimize.0.iter().map(|(name, weight)| ("minimize", 1.0, name, weight));
+    let maximize = table.objective.maximize.0.iter().map(|(name, weight)| ("maximize", -1.0, name, weight));
+    for (key, sign, name, weight) in minimize.chain(maximize) {
+        let path = ["objective", key, name];
         if !weight.is_finite() {
             return Err(document.error(&path, format!("weight {weight} is not finite")));
         }
@@ -431,10 +458,11 @@ fn objective(
         if quantity == Quantity::ShapeError && table.target.is_none() {
             return Err(document.error(&path, DesignError::NoTarget.to_string()));
         }
-        terms.push((quantity, *weight));
+        terms.push((quantity, sign * weight));
     }
     if terms.iter().all(|(_, weight)| *weight == 0.0) {
-        return Err(document.error(&["objective", "minimize"], "nothing to minimise: name a quantity and its weight"));
+        let key = if table.objective.minimize.0.is_empty() { "maximize" } else { "minimize" };
+        return Err(document.error(&["objective", key], "nothing to minimise: name a quantity and its weight"));
     }
     Ok(terms)
 }

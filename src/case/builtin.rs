@@ -41,5 +41,8 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "naca0024-quartic-m07",
         "multipoint",
         "parametric",
+        "best-glide",
+        "high-lift",
+        "laminar-two-reynolds",
     ]
 }

@@ -3,7 +3,8 @@
 use super::document::Document;
 use super::error::CaseError;
 use super::schema::OptimizerTable;
-use crate::optimize::{Lbfgs, Method, OptimizeError, Slsqp};
+use crate::design::{DesignProblem, Problem};
+use crate::optimize::{GaussNewton, Lbfgs, Method, OptimizeError, Slsqp};
 
 impl OptimizerTable {
     /// Refuses settings that no method can take.
@@ -27,9 +28,15 @@ impl OptimizerTable {
         Ok(())
     }
 
-    /// Name of the method; constraints decide where the table names none.
-    pub fn method_name(&self, constrained: bool) -> &str {
-        self.method.as_deref().unwrap_or(if constrained { Slsqp::NAME } else { Lbfgs::NAME })
+    /// Name of the method; constraints and the kind of objective decide where the table names none.
+    pub fn method_name(&self, problem: &DesignProblem) -> &str {
+        let constrained = !problem.description().constraint_names.is_empty();
+        let chosen = match (constrained, problem.is_sum_of_squares()) {
+            (true, _) => Slsqp::NAME,
+            (false, true) => GaussNewton::NAME,
+            (false, false) => Lbfgs::NAME,
+        };
+        self.method.as_deref().unwrap_or(chosen)
     }
 
     /// The method of a name with the settings of the table, as far as the method has them.
@@ -41,6 +48,7 @@ impl OptimizerTable {
                 lbfgs.memory = self.memory.unwrap_or(lbfgs.memory);
                 set(&mut lbfgs.objective_tolerance, self.tolerance);
             }
+            Method::GaussNewton(method) => set(&mut method.objective_tolerance, self.tolerance),
             Method::Newton(newton) => set(&mut newton.objective_tolerance, self.tolerance),
             Method::Sqp(sqp) => {
                 set(&mut sqp.optimality_tolerance, self.tolerance);

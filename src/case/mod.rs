@@ -12,6 +12,8 @@ mod error;
 mod flow;
 mod method;
 mod outcome;
+mod pressure_table;
+mod pressures;
 mod quantities;
 mod schema;
 
@@ -24,7 +26,7 @@ use crate::optimize::limited::read_limited;
 use crate::optimize::{Identity, Method, OptimizeError, Optimizer, Progress};
 use document::Document;
 use error::nearest;
-use schema::{CaseTable, OptimizerTable};
+use schema::{CaseTable, OptimizerTable, SectionTable};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -110,7 +112,7 @@ impl Case {
         let (problem, repairs) = build::design_problem(&document, &table, folder)?;
         let settings = table.optimizer;
         let method = settings
-            .method(settings.method_name(!table.constraints.0.is_empty()))
+            .method(settings.method_name(&problem))
             .map_err(|e| document.error(&["optimizer", "method"], e.to_string()))?;
         settings.check(&document)?;
         let description = table.description.unwrap_or_default();
@@ -290,6 +292,7 @@ fn sources(document: &Document, table: &CaseTable, folder: &Path) -> Result<Iden
         ("fold_penalty", format!("{:?}", table.fold_penalty)),
         ("shape_error", format!("{:?}", table.shape_error)),
         ("flow", format!("{:?}", table.flow)),
+        ("pressure_target", format!("{:?}", table.pressure_target)),
         ("objective", format!("{:?}", table.objective)),
         ("constraints", format!("{:?}", table.constraints)),
         ("report", format!("{:?}", table.report)),
@@ -298,8 +301,15 @@ fn sources(document: &Document, table: &CaseTable, folder: &Path) -> Result<Iden
     for (name, content) in tables {
         identity = identity.with_content(format!("the table [{name}] of the case"), content.as_bytes());
     }
-    for (key, section) in [("section", Some(&table.section)), ("target", table.target.as_ref())] {
-        if let Some(file) = section.and_then(|section| section.file.as_ref()) {
+    let wanted = table.pressure_target.as_ref();
+    let of = |section: Option<&SectionTable>| section.and_then(|section| section.file.clone());
+    for (key, file) in [
+        ("section", of(Some(&table.section))),
+        ("target", of(table.target.as_ref())),
+        ("pressure_target", wanted.and_then(|wanted| wanted.file.clone())),
+        ("pressure_target", of(wanted.and_then(|wanted| wanted.section.as_ref()))),
+    ] {
+        if let Some(file) = &file {
             let content = read_limited(&folder.join(file), MOST_BYTES).map_err(|e| {
                 document.error(&[key, "file"], format!("{}: cannot be read: {e}", folder.join(file).display()))
             })?;
@@ -338,3 +348,6 @@ fn check_name(name: &str) -> Result<(), String> {
 #[cfg(test)]
 #[path = "case_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+mod practice_tests;

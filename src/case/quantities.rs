@@ -5,19 +5,33 @@ use super::error::{CaseError, nearest};
 use super::schema::{ConstraintTable, Limit};
 use crate::design::{
     Bounds, Constraint, DesignError, FlowOutput, FlowQuantity, Geometry, Instruments, OperatingPoint, Quantity,
+    SoftLimit,
 };
 
-/// `cd`, `cd at cruise` or `cd_at(cruise)`: output and operating point.
-fn flow_name(name: &str) -> Option<(FlowOutput, Option<&str>)> {
+/// Which operating points a name means.
+enum At<'a> {
+    /// All of them, as the place of the name has it: `cd`.
+    Unsaid,
+    /// The weighted mean: `mean(cd)`.
+    Mean,
+    /// One of them: `cd at cruise` or `cd_at(cruise)`.
+    Point(&'a str),
+}
+
+/// Output and operating points of a name.
+fn flow_name(name: &str) -> Option<(FlowOutput, At<'_>)> {
     let name = name.trim();
     if let Some(output) = FlowOutput::from_name(name) {
-        return Some((output, None));
+        return Some((output, At::Unsaid));
+    }
+    if let Some(inner) = name.strip_prefix("mean(").and_then(|rest| rest.strip_suffix(')')) {
+        return Some((FlowOutput::from_name(inner.trim())?, At::Mean));
     }
     let (output, label) = match name.split_once("_at(") {
         Some((output, rest)) => (output, rest.strip_suffix(')')?),
         None => name.split_once(" at ")?,
     };
-    Some((FlowOutput::from_name(output.trim())?, Some(label.trim())))
+    Some((FlowOutput::from_name(output.trim())?, At::Point(label.trim())))
 }
 
 fn flow_quantity(output: FlowOutput, point: Option<usize>, points: &[OperatingPoint]) -> Quantity {
@@ -35,12 +49,12 @@ pub(super) struct Quantities<'a> {
 impl Quantities<'_> {
     /// The quantity of a name; of the flow at several operating points, its weighted mean.
     pub fn one(&self, name: &str, path: &[&str]) -> Result<Quantity, CaseError> {
-        if let Some((output, label)) = flow_name(name) {
+        if let Some((output, at)) = flow_name(name) {
             let points = self.points(path)?;
-            let point = match label {
-                None if points.len() == 1 => Some(0),
-                None => None,
-                Some(label) => Some(self.point(label, path)?),
+            let point = match at {
+                At::Point(label) => Some(self.point(label, path)?),
+                At::Unsaid | At::Mean if points.len() == 1 => Some(0),
+                At::Unsaid | At::Mean => None,
             };
             return Ok(flow_quantity(output, point, points));
         }
@@ -51,16 +65,21 @@ impl Quantities<'_> {
             }
             self.document.error(path, message)
         })?;
-        if quantity == Quantity::FoldPenalty {
-            self.instruments.penalty().map_err(|e| self.document.error(path, e.to_string()))?;
+        let lacking = match quantity {
+            Quantity::FoldPenalty => self.instruments.penalty().err(),
+            Quantity::PressureError => self.instruments.pressures().err(),
+            _ => None,
+        };
+        match lacking {
+            Some(error) => Err(self.document.error(path, error.to_string())),
+            None => Ok(quantity),
         }
-        Ok(quantity)
     }
 
     /// The quantities of a name: of the flow, one for each operating point; of the fold indicator, one for each
     /// control point of the box.
     pub fn each(&self, name: &str, path: &[&str]) -> Result<Vec<Quantity>, CaseError> {
-        if let Some((output, None)) = flow_name(name) {
+        if let Some((output, At::Unsaid)) = flow_name(name) {
             let points = self.points(path)?;
             return Ok((0..points.len()).map(|k| flow_quantity(output, Some(k), points)).collect());
         }
@@ -92,7 +111,7 @@ impl Quantities<'_> {
     pub fn constraints(&self, table: &[(String, ConstraintTable)]) -> Result<Vec<Constraint>, CaseError> {
         let mut constraints: Vec<Constraint> = Vec::new();
         let mut names: Vec<&str> = Vec::new();
-        for (name, entry) in table {
+        for (name, entry) in table.iter().filter(|(_, entry)| entry.weight.is_none()) {
             let path = ["constraints", name];
             for quantity in self.each(name, &path)? {
                 if let Some(other) = constraints.iter().position(|c| c.quantity == quantity) {
@@ -103,6 +122,24 @@ impl Quantities<'_> {
             }
         }
         Ok(constraints)
+    }
+
+    /// The entries of the table that have a weight, as terms of the objective.
+    pub fn soft_limits(&self, table: &[(String, ConstraintTable)]) -> Result<Vec<(Quantity, f64)>, CaseError> {
+        let mut terms: Vec<(Quantity, f64)> = Vec::new();
+        for (name, entry) in table {
+            let Some(weight) = entry.weight else { continue };
+            let path = ["constraints", name];
+            if !(weight.is_finite() && weight > 0.0) {
+                return Err(self.document.error(&[path[0], name, "weight"], format!("{weight} must be positive")));
+            }
+            for quantity in self.each(name, &path)? {
+                let Constraint { quantity, bounds } = self.constraint(name, quantity, entry)?;
+                let limit = SoftLimit { bounds };
+                terms.push((Quantity::Soft { quantity: Box::new(quantity), limit }, weight));
+            }
+        }
+        Ok(terms)
     }
 
     /// Two entries for one quantity: an error at the one that stands later in the file.

@@ -25,6 +25,7 @@ pub(crate) struct CaseTable {
     #[serde(default)]
     pub shape_error: ShapeErrorTable,
     pub flow: Option<FlowTables>,
+    pub pressure_target: Option<PressureTargetTable>,
     pub objective: ObjectiveTable,
     #[serde(default)]
     pub constraints: Entries<ConstraintTable>,
@@ -153,19 +154,45 @@ pub(crate) struct ShapeErrorTable {
     pub norm: Option<String>,
 }
 
-/// One operating point.
+/// Wanted pressures.
+#[derive(Debug, Clone, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PressureTargetTable {
+    pub file: Option<String>,
+    pub upper: Option<Vec<[f64; 2]>>,
+    pub lower: Option<Vec<[f64; 2]>>,
+    pub section: Option<SectionTable>,
+    pub flow: Option<FlowTable>,
+    pub point: Option<String>,
+}
+
+/// One operating point, or several where a key has a list of values.
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FlowTable {
     pub name: Option<String>,
     pub weight: Option<f64>,
-    pub alpha: Option<f64>,
-    pub cl: Option<f64>,
-    pub mach: Option<f64>,
-    pub reynolds: Option<f64>,
-    pub ncrit: Option<f64>,
-    pub trip: Option<Trip>,
+    pub alpha: Option<OneOrMore>,
+    pub cl: Option<OneOrMore>,
+    pub mach: Option<OneOrMore>,
+    pub reynolds: Option<OneOrMore>,
+    pub ncrit: Option<OneOrMore>,
+    pub trip: Option<Trips>,
     pub panels: Option<usize>,
+}
+
+/// A number or a list of them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OneOrMore(pub Vec<f64>);
+
+impl<'de> Deserialize<'de> for OneOrMore {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = Value::deserialize(deserializer)?;
+        match items(&value).iter().map(number).collect::<Option<Vec<f64>>>() {
+            Some(numbers) if !numbers.is_empty() => Ok(Self(numbers)),
+            _ => refuse(&value, "a number, or a list of numbers"),
+        }
+    }
 }
 
 /// `[flow]`, or several `[[flow]]`.
@@ -196,26 +223,40 @@ impl<'de> Deserialize<'de> for FlowTables {
     }
 }
 
-/// One position for both sides, or one per side; a position at the trailing edge (1) is none.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Trip(pub [f64; 2]);
+/// Positions of trip strips: one for both sides, one per side, or a list of such pairs; a position at the trailing edge
+/// (1) is none.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Trips(pub Vec<[f64; 2]>);
 
-impl<'de> Deserialize<'de> for Trip {
+impl<'de> Deserialize<'de> for Trips {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
-        let numbers: Option<Vec<f64>> = items(&value).iter().map(number).collect();
-        match numbers.as_deref() {
-            Some([both]) => Ok(Self([*both; 2])),
-            Some([upper, lower]) => Ok(Self([*upper, *lower])),
-            _ => refuse(&value, "x/c of the trip strips: a number, or two for the upper and the lower side"),
-        }
+        let pair = |value: &Value| {
+            let numbers: Option<Vec<f64>> = items(value).iter().map(number).collect();
+            match numbers.as_deref() {
+                Some([both]) => Some([*both; 2]),
+                Some([upper, lower]) => Some([*upper, *lower]),
+                _ => None,
+            }
+        };
+        let list = value.as_array().filter(|list| !list.is_empty() && list.iter().all(Value::is_array));
+        let pairs: Option<Vec<[f64; 2]>> = match list {
+            Some(list) => list.iter().map(pair).collect(),
+            None => pair(&value).map(|pair| vec![pair]),
+        };
+        let expected =
+            "x/c of the trip strips: a number, two for the upper and the lower side, or a list of such pairs";
+        pairs.map_or_else(|| refuse(&value, expected), |pairs| Ok(Self(pairs)))
     }
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectiveTable {
+    #[serde(default)]
     pub minimize: Entries<f64>,
+    #[serde(default)]
+    pub maximize: Entries<f64>,
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]
@@ -224,6 +265,7 @@ pub(crate) struct ConstraintTable {
     pub min: Option<Limit>,
     pub max: Option<Limit>,
     pub equal: Option<Limit>,
+    pub weight: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, serde::Deserialize)]

@@ -260,6 +260,7 @@ mod tests {
             min_fold_indicator: None,
             folded: None,
             self_intersecting: true,
+            target_distance: None,
             identifiers: Named(Vec::new()),
         };
         let row = |name: &str, tone: Tone| Row {

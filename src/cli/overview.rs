@@ -383,6 +383,10 @@ fn checks(result: &RunReport, derivatives: &Derivatives) -> Vec<Check> {
             false => check(Tone::Good, format!("the box has not folded (smallest indicator {indicator})")),
         });
     }
+    if let Some(distance) = result.target_distance {
+        let [mean, largest] = [distance.root_mean_square, distance.largest].map(|d| engineering(d, 3));
+        all.push(check(Tone::Plain, format!("distance to the target: rms {mean}, largest {largest}")));
+    }
     all.push(match result.self_intersecting {
         true => check(Tone::Bad, "the section crosses itself".into()),
         false => check(Tone::Good, "the section does not cross itself".into()),

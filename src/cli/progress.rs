@@ -200,7 +200,7 @@ impl GradientGoal {
             Method::Sqp(sqp) => Self::Norm(sqp.optimality_tolerance),
             Method::Slsqp(slsqp) => Self::Norm(slsqp.optimality_tolerance),
             // runs of the built-in cases end between a thousandth and a hundred-thousandth
-            Method::Lbfgs(_) | Method::Newton(_) => Self::Share(1e-4),
+            Method::Lbfgs(_) | Method::Newton(_) | Method::GaussNewton(_) => Self::Share(1e-4),
         }
     }
 }

@@ -30,7 +30,7 @@ pub(super) struct RunArguments {
     /// Limits, tolerance, comments and description may have changed
     #[arg(long)]
     resume: bool,
-    /// Optimiser instead of the case's: lbfgs, newton, slsqp or sqp
+    /// Optimiser instead of the case's: lbfgs, newton, gauss-newton, slsqp or sqp
     #[arg(long)]
     method: Option<String>,
     /// Most evaluations, instead of the case's limit; may change with --resume

@@ -1,14 +1,14 @@
 //! [`DesignProblem`]: geometry, quantities, objective and constraints joined into what an optimiser sees.
 
+mod as_problem;
 mod second_order;
 
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
 use super::geometry::Geometry;
 use super::linearised::LinearisedShape;
-use super::parallel::{in_parallel_with, processors};
 use super::quantity::{Instruments, Quantity, ValueAndGradient, finite};
 use super::shape::Shape;
-use super::{AnalysisFailure, Bounds, DesignError, Evaluation, Problem, ProblemDescription};
+use super::{Bounds, DesignError, Evaluation, ProblemDescription, ShapeError, ShapeNorm, TargetDistance};
 use crate::ffd::FoldReport;
 use crate::flow::{FlowSection, Solution};
 use crate::scalar::Scalar;
@@ -37,8 +37,8 @@ pub struct ShapeFlows {
 
 /// A design problem over a geometry.
 ///
-/// Built from a case file by `Case` of the module [`case`](crate::case). As a [`Problem`] it works in scaled variables;
-/// the methods here take variables in their own units.
+/// Built from a case file by `Case` of the module [`case`](crate::case). As a [`Problem`](super::Problem) it works in
+/// scaled variables; the methods here take variables in their own units.
 #[derive(Debug, Clone)]
 pub struct DesignProblem {
     geometry: Geometry,
@@ -64,6 +64,8 @@ enum Contribution {
     Slopes(f64),
     /// By carrying the tangents through the measure.
     Measure(Measure),
+    /// By the gradient of the quantity that it limits.
+    Soft,
 }
 
 /// Buffers of one evaluation.
@@ -137,6 +139,13 @@ impl DesignProblem {
     /// The target, where there is one.
     pub fn target(&self) -> Option<&Section<f64>> {
         self.target.as_ref()
+    }
+
+    /// How far a shape is from the target, whatever norm `shape_error` has; `None` without a target.
+    pub fn target_distance(&self, shape: &Shape) -> Option<TargetDistance> {
+        let start = self.geometry.section().curve();
+        let error = ShapeError::new(ShapeNorm::Closest, self.target.as_ref()?.curve(), start).ok()?;
+        error.distances(shape.section.curve().control_points())
     }
 
     /// Every quantity of objective, constraints and report, once.
@@ -224,7 +233,7 @@ impl DesignProblem {
         let lifted: Vec<[Dual64; 2]> = control_points.iter().map(|p| p.map(Dual64::from)).collect();
         let section = shape.section.with_control_points(lifted)?;
         let lacks = |q: usize| match &self.quantities[q] {
-            Quantity::Flow(_) => None,
+            quantity if quantity.needs_flow() => None,
             Quantity::Measure(measure) => measure.evaluate(&section).err().map(DesignError::from),
             plain => self.instruments.value(plain, &shape).err(),
         };
@@ -275,7 +284,7 @@ impl DesignProblem {
             let value = match quantity {
                 Quantity::ShapeError => self.instruments.error()?.value(&self.work.points),
                 Quantity::FoldPenalty => self.instruments.penalty()?.value(&self.work.net),
-                Quantity::FoldIndicator { .. } | Quantity::Measure(_) | Quantity::Flow(_) => return Ok(None),
+                _ => return Ok(None),
             };
             finite(quantity, value)?;
             sum += weight * value;
@@ -345,9 +354,9 @@ impl DesignProblem {
     }
 
     /// Adds a quantity's slopes times `factor` to the workspace, unless it is a measure.
-    fn add_slopes(&mut self, quantity: usize, factor: f64) -> Result<Contribution, DesignError> {
+    fn add_slopes(&mut self, quantity: &Quantity, factor: f64) -> Result<Contribution, DesignError> {
         let work = &mut self.work;
-        let value = match &self.quantities[quantity] {
+        let value = match quantity {
             Quantity::ShapeError => {
                 self.instruments.error()?.value_and_gradient(&work.points, factor, &mut work.point_slope)
             }
@@ -360,9 +369,14 @@ impl DesignProblem {
             Quantity::Flow(flow) => {
                 self.instruments.flow()?.value_and_slope(flow, &work.points, factor, &mut work.point_slope)?
             }
+            Quantity::PressureError => {
+                let flow = self.instruments.pressures()?;
+                flow.pressure_error_and_slope(&work.points, factor, &mut work.point_slope)?
+            }
             Quantity::Measure(measure) => return Ok(Contribution::Measure(*measure)),
+            Quantity::Soft { .. } => return Ok(Contribution::Soft),
         };
-        finite(&self.quantities[quantity], value)?;
+        finite(quantity, value)?;
         Ok(Contribution::Slopes(value))
     }
 
@@ -382,10 +396,23 @@ impl DesignProblem {
         quantity: usize,
         tangents: &LinearisedShape,
     ) -> Result<(f64, Vec<f64>), DesignError> {
+        let quantity = self.quantities[quantity].clone();
+        self.gradient_of(&quantity, tangents)
+    }
+
+    fn gradient_of(&mut self, quantity: &Quantity, tangents: &LinearisedShape) -> Result<(f64, Vec<f64>), DesignError> {
+        if let Quantity::Soft { quantity, limit } = quantity {
+            let (value, mut gradient) = self.gradient_of(quantity, tangents)?;
+            let (square, slope) = limit.square_and_slope(value);
+            gradient.iter_mut().for_each(|g| *g *= slope);
+            return Ok((square, gradient));
+        }
         self.clear_slopes();
         match self.add_slopes(quantity, 1.0)? {
             Contribution::Slopes(value) => Ok((value, self.pull_back(tangents))),
             Contribution::Measure(measure) => self.measure_gradient(&measure, tangents),
+            // taken above
+            Contribution::Soft => Err(DesignError::NotFinite { name: quantity.name() }),
         }
     }
 
@@ -395,19 +422,26 @@ impl DesignProblem {
         let mut values = vec![0.0; self.quantities.len()];
         // objective: all slopes are carried back together
         self.clear_slopes();
-        let mut measures = Vec::new();
+        let (mut measures, mut soft) = (Vec::new(), Vec::new());
         for q in 0..self.quantities.len() {
             let weight = self.weights[q];
             if weight != 0.0 {
-                match self.add_slopes(q, weight)? {
+                let quantity = self.quantities[q].clone();
+                match self.add_slopes(&quantity, weight)? {
                     Contribution::Slopes(value) => values[q] = value,
                     Contribution::Measure(measure) => measures.push((q, measure)),
+                    Contribution::Soft => soft.push(q),
                 }
             }
         }
         let mut gradient = self.pull_back(&tangents);
         for (q, measure) in measures {
             let (value, slope) = self.measure_gradient(&measure, &tangents)?;
+            values[q] = value;
+            gradient.iter_mut().zip(slope).for_each(|(g, s)| *g += self.weights[q] * s);
+        }
+        for q in soft {
+            let (value, slope) = self.quantity_gradient(q, &tangents)?;
             values[q] = value;
             gradient.iter_mut().zip(slope).for_each(|(g, s)| *g += self.weights[q] * s);
         }
@@ -449,45 +483,4 @@ impl DesignProblem {
 /// The objective: the sum of the values that have a weight, so that those without one may be NaN.
 pub(crate) fn weighted_sum(values: &[f64], weights: &[f64]) -> f64 {
     values.iter().zip(weights).filter(|(_, weight)| **weight != 0.0).map(|(value, weight)| value * weight).sum()
-}
-
-impl From<DesignError> for AnalysisFailure {
-    fn from(error: DesignError) -> Self {
-        Self { reason: error.to_string() }
-    }
-}
-
-impl Problem for DesignProblem {
-    fn description(&self) -> &ProblemDescription {
-        &self.description
-    }
-    fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
-        Ok(self.try_evaluate(x)?)
-    }
-    fn evaluate_near(&mut self, base: &[f64], points: &[Vec<f64>]) -> Vec<Result<Evaluation, AnalysisFailure>> {
-        let Some(flow) = &self.instruments.flow else {
-            return points.iter().map(|x| self.evaluate(x)).collect();
-        };
-        let shape = self.geometry.shape(&self.unscaled(base)).ok();
-        let flow = flow.near(shape.as_ref());
-        let worker = || {
-            let mut worker = self.clone();
-            worker.instruments.flow = Some(flow.on_the_same_clock());
-            worker
-        };
-        in_parallel_with(processors(), points, worker, |worker, x| worker.evaluate(x))
-    }
-    fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
-        let of_flow = |(q, w): (&Quantity, &f64)| *w != 0.0 && matches!(q, Quantity::Flow(_));
-        if self.quantities.iter().zip(&self.weights).any(of_flow) {
-            return None;
-        }
-        Some(self.try_hessian(x).map_err(AnalysisFailure::from))
-    }
-    fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
-        self.distortion(x)
-    }
-    fn natural_steps(&self) -> Option<Vec<f64>> {
-        Some(self.geometry.variables().iter().map(|v| v.step / v.scale).collect())
-    }
 }

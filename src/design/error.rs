@@ -88,6 +88,15 @@ pub enum DesignError {
     /// A value that compares with a target, in a problem without one.
     #[error("shape_error needs a [target]")]
     NoTarget,
+    /// A difference of pressures, in a problem without wanted ones.
+    #[error("cp_error needs a [pressure_target] and a [flow]")]
+    NoPressureTarget,
+    /// Wanted pressures that cannot be used.
+    #[error("{reason}")]
+    PressureTable {
+        /// The reason in words.
+        reason: String,
+    },
     /// A section parameter that does not exist.
     #[error("the section has no parameter {name:?}; it has: {}", available.join(", "))]
     NoParameter {

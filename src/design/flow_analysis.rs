@@ -1,7 +1,10 @@
 //! The flow about a shape at the operating points of a problem, with exact derivatives in the shape.
 
+mod pressures;
+
 use super::DesignError;
 use super::parallel::{in_parallel_with, processors};
+use super::pressure_target::PressureError;
 use super::shape::Shape;
 use crate::ffd::LinearMap;
 use crate::flow::{
@@ -25,7 +28,8 @@ pub struct OperatingPoint {
 }
 
 /// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag),
-/// or `alpha` (angle of attack in degrees, an outcome where the lift is held).
+/// `cl^1.5/cd` (the lift to the power 1.5 over drag: the endurance of a glider; without a value at negative lift), or
+/// `alpha` (angle of attack in degrees, an outcome where the lift is held).
 ///
 /// The lowest pressure coefficient `cp_min` is only continuous where two suction peaks tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,10 +40,12 @@ enum Kind {
     /// A coefficient, by its place among all.
     Coefficient(usize),
     LiftToDrag,
+    Endurance,
     Alpha,
 }
 
 const LIFT_TO_DRAG: &str = "cl/cd";
+const ENDURANCE: &str = "cl^1.5/cd";
 const ALPHA: &str = "alpha";
 
 /// Derivatives of an output with respect to the coefficients and, last, the angle of attack.
@@ -48,7 +54,7 @@ type ByNumbers = DualSVec64<{ COEFFICIENTS + 1 }>;
 impl FlowOutput {
     /// The names in case files.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        <Coefficients>::NAMES.into_iter().chain([LIFT_TO_DRAG, ALPHA])
+        <Coefficients>::NAMES.into_iter().chain([LIFT_TO_DRAG, ENDURANCE, ALPHA])
     }
 
     /// The output of a name.
@@ -56,6 +62,7 @@ impl FlowOutput {
         let coefficient = || <Coefficients>::NAMES.iter().position(|known| *known == name).map(Kind::Coefficient);
         match name {
             LIFT_TO_DRAG => Some(Kind::LiftToDrag),
+            ENDURANCE => Some(Kind::Endurance),
             ALPHA => Some(Kind::Alpha),
             _ => coefficient(),
         }
@@ -67,6 +74,7 @@ impl FlowOutput {
         match self.0 {
             Kind::Coefficient(place) => <Coefficients>::NAMES[place],
             Kind::LiftToDrag => LIFT_TO_DRAG,
+            Kind::Endurance => ENDURANCE,
             Kind::Alpha => ALPHA,
         }
     }
@@ -76,6 +84,7 @@ impl FlowOutput {
         match self.0 {
             Kind::Coefficient(place) => coefficients.to_array()[place],
             Kind::LiftToDrag => coefficients.cl / coefficients.cd,
+            Kind::Endurance => coefficients.cl.real_power(1.5) / coefficients.cd,
             Kind::Alpha => alpha * 1f64.to_degrees(),
         }
     }
@@ -148,6 +157,8 @@ pub(crate) struct FlowAnalysis {
     /// Where flows start from, if not from nothing.
     start: Option<Arc<Flows>>,
     timing: Arc<Mutex<FlowTiming>>,
+    /// Wanted pressures, where there are any.
+    pressures: Option<PressureError>,
 }
 
 impl Clone for FlowAnalysis {
@@ -161,6 +172,7 @@ impl Clone for FlowAnalysis {
             latest: Mutex::new(self.latest().clone()),
             start: self.start.clone(),
             timing: Arc::new(Mutex::new(self.timing())),
+            pressures: self.pressures.clone(),
         }
     }
 }
@@ -192,6 +204,7 @@ impl FlowAnalysis {
             latest: Mutex::default(),
             start: None,
             timing: Arc::default(),
+            pressures: None,
         }
     }
 
@@ -290,16 +303,7 @@ impl FlowAnalysis {
         if S::NDERIV > 1 {
             return Err(DesignError::FlowSecondOrder { name: quantity.name() });
         }
-        let real: Vec<[f64; 2]> = control_points.iter().map(|p| p.map(|c| c.re())).collect();
-        let mut slope = vec![[0.0; 2]; if S::NDERIV > 0 { real.len() } else { 0 }];
-        let mut value = S::from(self.value_and_slope(quantity, &real, 1.0, &mut slope)?);
-        // Taylor's formula, exact for what the scalar carries
-        for ((point, at), slope) in control_points.iter().zip(&real).zip(&slope) {
-            for d in 0..2 {
-                value += (point[d] - at[d]) * slope[d];
-            }
-        }
-        Ok(value)
+        taylor(control_points, |real, slope| self.value_and_slope(quantity, real, 1.0, slope))
     }
 
     /// A quantity; adds `factor` times its derivatives with respect to the control points to `slope`, unless that is
@@ -358,6 +362,23 @@ impl FlowAnalysis {
             timing.gradient_seconds += begin.elapsed().as_secs_f64();
         });
     }
+}
+
+/// A function of control points over any scalar that carries first derivatives at most, from its value and slope: by
+/// Taylor's formula, which is exact for what the scalar carries.
+fn taylor<S: Scalar>(
+    control_points: &[[S; 2]],
+    with_slope: impl FnOnce(&[[f64; 2]], &mut [[f64; 2]]) -> Result<f64, DesignError>,
+) -> Result<S, DesignError> {
+    let real: Vec<[f64; 2]> = control_points.iter().map(|p| p.map(|c| c.re())).collect();
+    let mut slope = vec![[0.0; 2]; if S::NDERIV > 0 { real.len() } else { 0 }];
+    let mut value = S::from(with_slope(&real, &mut slope)?);
+    for ((point, at), slope) in control_points.iter().zip(&real).zip(&slope) {
+        for d in 0..2 {
+            value += (point[d] - at[d]) * slope[d];
+        }
+    }
+    Ok(value)
 }
 
 /// `of` every item, in order, on as many threads as there are processors.

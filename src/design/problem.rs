@@ -95,6 +95,13 @@ pub trait Problem {
     }
     /// Exact Hessian (n × n) of the objective at `x`; `None` where the problem does not offer second derivatives.
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>>;
+    /// Where the objective is a sum of squares `Σ r²`: the Gauss-Newton matrix (n × n) `2 Σ ∇r ∇rᵀ` at `x`, which is the
+    /// Hessian without the curvature of the residuals r and never has a negative eigenvalue. Other convex functions of
+    /// residuals take the place of a square with their second derivative in that of 2. `None`, the default, for other
+    /// objectives.
+    fn gauss_newton(&mut self, _x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        None
+    }
     /// A symmetric positive definite matrix M (n × n) that measures steps: a second-order model is trusted for steps
     /// `s` with `sᵀ M s` up to some square radius. `None`, the default, is the identity.
     fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
@@ -123,6 +130,10 @@ impl<P: Problem + ?Sized> Problem for &mut P {
 
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         (**self).hessian(x)
+    }
+
+    fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        (**self).gauss_newton(x)
     }
 
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {

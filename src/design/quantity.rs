@@ -2,6 +2,7 @@
 
 use super::flow_analysis::{FlowAnalysis, FlowQuantity};
 use super::linearised::LinearisedShape;
+use super::soft_limit::SoftLimit;
 use super::{DesignError, ShapeError};
 use crate::differentiate::{CHUNK, Direction};
 use crate::ffd::BoxPenalty;
@@ -31,10 +32,19 @@ pub enum Quantity {
     Measure(Measure),
     /// Something read off the flow.
     Flow(FlowQuantity),
+    /// Mean square difference of the pressures from those wanted, over the panel nodes of the undeformed section.
+    PressureError,
+    /// The square of what another quantity is beyond its bounds.
+    Soft {
+        /// The quantity that is limited.
+        quantity: Box<Quantity>,
+        /// Its limit.
+        limit: SoftLimit,
+    },
 }
 
 impl Quantity {
-    /// The quantity of a name: `shape_error`, `fold_penalty`, or a measure of the section. Those of a flow belong to an
+    /// The quantity of a name: `shape_error`, `fold_penalty`, `cp_error`, or a measure of the section. Those of a flow belong to an
     /// operating point and are made by `Case` of the module [`case`](crate::case).
     ///
     /// # Errors
@@ -43,6 +53,7 @@ impl Quantity {
         match name {
             "shape_error" => Ok(Self::ShapeError),
             "fold_penalty" => Ok(Self::FoldPenalty),
+            "cp_error" => Ok(Self::PressureError),
             _ => Ok(Self::Measure(Measure::parse(name)?)),
         }
     }
@@ -55,6 +66,17 @@ impl Quantity {
             Self::FoldIndicator { column, row, .. } => format!("fold_indicator[{column},{row}]"),
             Self::Measure(measure) => measure.name(),
             Self::Flow(flow) => flow.name(),
+            Self::PressureError => "cp_error".into(),
+            Self::Soft { quantity, .. } => format!("soft({})", quantity.name()),
+        }
+    }
+
+    /// Whether a flow has to be solved for it.
+    pub fn needs_flow(&self) -> bool {
+        match self {
+            Self::Flow(_) | Self::PressureError => true,
+            Self::Soft { quantity, .. } => quantity.needs_flow(),
+            _ => false,
         }
     }
 }
@@ -79,6 +101,8 @@ impl Instruments {
             Quantity::FoldIndicator { index, .. } => self.penalty()?.indicator_at(*index, &shape.net),
             Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
             Quantity::Flow(flow) => self.flow()?.value(flow, shape.section.curve().control_points())?,
+            Quantity::PressureError => self.pressures()?.pressure_error(shape.section.curve().control_points())?,
+            Quantity::Soft { quantity, limit } => limit.square(self.value(quantity, shape)?),
         };
         finite(quantity, value.re())?;
         Ok(value)
@@ -90,6 +114,11 @@ impl Instruments {
 
     pub fn penalty(&self) -> Result<&BoxPenalty, DesignError> {
         self.penalty.as_ref().ok_or(DesignError::NoBox)
+    }
+
+    /// The flow, where there are wanted pressures.
+    pub fn pressures(&self) -> Result<&FlowAnalysis, DesignError> {
+        self.flow.as_ref().filter(|flow| flow.has_pressure_target()).ok_or(DesignError::NoPressureTarget)
     }
 
     pub fn flow(&self) -> Result<&FlowAnalysis, DesignError> {

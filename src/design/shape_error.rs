@@ -1,123 +1,74 @@
-//! Distance between a section and a target, at equal parameters.
+//! Distance between a section and a target: at equal parameters, or to the closest points.
+
+mod closest;
+mod equal;
+mod kernel;
+mod matching;
+mod norm;
+#[cfg(test)]
+mod tests;
 
 use super::DesignError;
-use crate::plane::{dot, length};
 use crate::scalar::{Over, Scalar};
-use crate::spline::{BSplineCurve, GaussRule, KnotVector};
+use crate::spline::BSplineCurve;
+use closest::Closest;
+use equal::EqualParameters;
 use nalgebra::DMatrix;
-use num_dual::{Dual2SVec64, DualSVec64};
-
-/// How a shape is compared with its target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ShapeNorm {
-    /// ∮ |C(u) − T(u)|² ds, s the arc length of the target; in chord³.
-    #[default]
-    ArcLength,
-    /// ∫ |C(u) − T(u)|² du; in chord².
-    Parameter,
-    /// Σ |cᵢ − tᵢ|² over the control points (equal knots only); in chord².
-    ControlPoints,
-    /// sqrt(∮ |C(u) − T(u)|² ds / perimeter of the target); in chords. Its slope is undefined at a perfect match.
-    RootMeanSquare,
-}
-
-impl ShapeNorm {
-    /// All norms with their names.
-    pub const NAMES: [(&'static str, Self); 4] = [
-        ("arc length", Self::ArcLength),
-        ("parameter", Self::Parameter),
-        ("control points", Self::ControlPoints),
-        ("root mean square", Self::RootMeanSquare),
-    ];
-}
+pub use norm::ShapeNorm;
 
 /// The shape error against one target, prepared for curves on one knot vector.
-///
-/// All norms are a sum of weighted squared distances between sampled points of the curve, which are linear in its
-/// control points, and points of the target, which may be of any scalar. Samples are Gauss points of every span of the
-/// merged knots, so that each span is a polynomial piece of both curves.
 ///
 /// ```
 /// use aeroform::design::{ShapeError, ShapeNorm};
 /// use aeroform::spline::{BSplineCurve, KnotVector};
 /// let knots = KnotVector::clamped_uniform(1, 2).unwrap();
 /// let target = BSplineCurve::new(knots, vec![[0.0, 0.0], [2.0, 0.0]]).unwrap();
-/// let error = ShapeError::new(ShapeNorm::ArcLength, &target, target.knots()).unwrap();
+/// let error = ShapeError::new(ShapeNorm::ArcLength, &target, &target).unwrap();
 /// // a unit shift of a segment of length two
 /// let value: f64 = error.value(&[[0.0, 1.0], [2.0, 1.0]]);
 /// assert!((value - 2.0).abs() < 1e-15);
+/// // to the closest points: also the mean of the squares of 0 … 0.5 beyond an end, on half of the shape and the target
+/// let error = ShapeError::new(ShapeNorm::Closest, &target, &target).unwrap();
+/// let value: f64 = error.value(&[[0.5, 1.0], [2.5, 1.0]]);
+/// assert!((value - 1.0 - 0.5f64.powi(3) / 6.0).abs() < 1e-4);
 /// ```
 #[derive(Debug, Clone)]
 pub struct ShapeError<S = f64> {
     norm: ShapeNorm,
-    /// Control points a sample depends on: `order` of them from `first`.
-    order: usize,
-    samples: Vec<Sample<S>>,
-    /// `order` weights per sample.
-    basis: Vec<f64>,
-    /// Length of the target, by which the sum is divided before the root (root mean square only).
-    length: S,
+    comparison: Comparison<S>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Sample<S> {
-    first: usize,
-    target: [S; 2],
-    weight: S,
+/// Distances between a shape and its target, each point from the closest one of the other as by
+/// [`ShapeNorm::Closest`], in the unit of the coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct TargetDistance {
+    /// Root of the mean square distance.
+    pub root_mean_square: f64,
+    /// The largest distance of a sample.
+    pub largest: f64,
 }
 
-/// The kernel that everything here differentiates.
-fn weighted_square<S, T: Over<S>>(distance: [T; 2], weight: S) -> T {
-    dot(distance, distance) * weight
+#[derive(Debug, Clone)]
+enum Comparison<S> {
+    Equal(EqualParameters<S>),
+    Closest(Box<Closest<S>>),
 }
 
 impl<S: Scalar> ShapeError<S> {
-    /// Prepares the comparison of curves on `knots` with `target`.
+    /// Prepares the comparison of curves on the knots of `start` with `target`.
+    ///
+    /// `start` is the undeformed shape. By [`ShapeNorm::Closest`] its lengths are the weights of the points of the
+    /// shape; by the others only its knots count.
     ///
     /// # Errors
-    /// Different domains, or different knots where control points are compared.
-    pub fn new(norm: ShapeNorm, target: &BSplineCurve<S>, knots: &KnotVector) -> Result<Self, DesignError> {
-        if target.domain() != knots.domain() {
-            return Err(DesignError::TargetDomain { target: target.domain(), section: knots.domain() });
-        }
-        let mut result =
-            Self { norm, order: knots.degree() + 1, samples: Vec::new(), basis: Vec::new(), length: S::from(1.0) };
-        if norm == ShapeNorm::ControlPoints {
-            if target.knots().as_ref() != knots {
-                return Err(DesignError::TargetKnots);
-            }
-            result.order = 1;
-            for (first, &point) in target.control_points().iter().enumerate() {
-                result.samples.push(Sample { first, target: point, weight: S::from(1.0) });
-                result.basis.push(1.0);
-            }
-        } else {
-            result.sample_spans(target, knots);
-        }
-        if norm == ShapeNorm::RootMeanSquare {
-            result.length = result.samples.iter().map(|s| s.weight).sum();
-        }
-        Ok(result)
-    }
-
-    fn sample_spans(&mut self, target: &BSplineCurve<S>, knots: &KnotVector) {
-        let mut breaks: Vec<f64> = knots.as_slice().iter().chain(target.knots().as_slice()).copied().collect();
-        breaks.sort_by(f64::total_cmp);
-        breaks.dedup();
-        // exact for the squared distance; two more for the arc length element
-        let rule = GaussRule::new(knots.degree().max(target.degree()) + 3);
-        for ends in breaks.windows(2) {
-            for (u, weight) in rule.on(ends[0], ends[1]) {
-                let span = knots.span(u);
-                let speed = match self.norm {
-                    ShapeNorm::Parameter => S::from(1.0),
-                    _ => length(target.tangent_at(u)),
-                };
-                let first = span - knots.degree();
-                self.samples.push(Sample { first, target: target.point_at(u), weight: speed * weight });
-                self.basis.extend(knots.basis(span, u));
-            }
-        }
+    /// Different domains, or different knots where control points are compared. The closest points need neither to be
+    /// equal.
+    pub fn new(norm: ShapeNorm, target: &BSplineCurve<S>, start: &BSplineCurve<S>) -> Result<Self, DesignError> {
+        let comparison = match norm {
+            ShapeNorm::Closest => Comparison::Closest(Box::new(Closest::new(target, start))),
+            _ => Comparison::Equal(EqualParameters::new(norm, target, start.knots())?),
+        };
+        Ok(Self { norm, comparison })
     }
 
     /// The norm by which the shapes are compared.
@@ -125,94 +76,70 @@ impl<S: Scalar> ShapeError<S> {
         self.norm
     }
 
-    fn distance<T: Over<S>>(&self, index: usize, control_points: &[[T; 2]]) -> [T; 2] {
-        let sample = &self.samples[index];
-        let mut distance = sample.target.map(|t| T::from(0.0) - t);
-        let basis = &self.basis[index * self.order..(index + 1) * self.order];
-        for (weight, point) in basis.iter().zip(&control_points[sample.first..]) {
-            distance[0] += point[0] * *weight;
-            distance[1] += point[1] * *weight;
-        }
-        distance
-    }
-
-    fn finish<T: Over<S>>(&self, sum: T) -> T {
-        match self.norm {
-            ShapeNorm::RootMeanSquare => (sum / self.length).sqrt(),
-            _ => sum,
-        }
+    /// Whether the error is a sum of squares, as by all norms but the root mean square.
+    pub fn is_sum_of_squares(&self) -> bool {
+        self.norm != ShapeNorm::RootMeanSquare
     }
 
     /// The error of a curve with the given control points, as many as the knots ask for.
     pub fn value<T: Over<S>>(&self, control_points: &[[T; 2]]) -> T {
-        let mut sum = T::from(0.0);
-        for (index, sample) in self.samples.iter().enumerate() {
-            sum += weighted_square(self.distance(index, control_points), sample.weight);
+        match &self.comparison {
+            Comparison::Equal(equal) => equal.value(control_points),
+            Comparison::Closest(closest) => closest.value(control_points),
         }
-        self.finish(sum)
     }
 }
 
 impl ShapeError<f64> {
     /// Value; adds `factor` times its derivative with respect to the control points to `gradient`.
-    ///
-    /// The kernel is differentiated in its two components, and carried back through the linear sampling.
     pub fn value_and_gradient(&self, control_points: &[[f64; 2]], factor: f64, gradient: &mut [[f64; 2]]) -> f64 {
-        let mut sum = 0.0;
-        let outer = match self.norm {
-            ShapeNorm::RootMeanSquare => {
-                let total: f64 = (0..self.samples.len())
-                    .map(|i| weighted_square(self.distance(i, control_points), self.samples[i].weight))
-                    .sum();
-                num_dual::first_derivative(|s: num_dual::Dual64| self.finish(s), total).1
-            }
-            _ => 1.0,
-        };
-        for (index, sample) in self.samples.iter().enumerate() {
-            let [x, y] = self.distance(index, control_points);
-            let seeded = [DualSVec64::<2>::from_re(x).derivative(0), DualSVec64::<2>::from_re(y).derivative(1)];
-            let square = weighted_square(seeded, sample.weight);
-            sum += square.re;
-            let Some(slope) = square.eps.0 else { continue };
-            let slope = [slope[0] * factor * outer, slope[1] * factor * outer];
-            let basis = &self.basis[index * self.order..(index + 1) * self.order];
-            for (weight, point) in basis.iter().zip(&mut gradient[sample.first..]) {
-                point[0] += slope[0] * weight;
-                point[1] += slope[1] * weight;
-            }
+        match &self.comparison {
+            Comparison::Equal(equal) => equal.value_and_gradient(control_points, factor, gradient),
+            Comparison::Closest(closest) => closest.value_and_gradient(control_points, factor, gradient),
         }
-        self.finish(sum)
     }
 
-    /// Hessian in design variables through which the control points move linearly, or `None` for the root mean square,
-    /// which is not quadratic.
+    /// Hessian in design variables through which the control points move linearly, where it does not depend on the
+    /// control points; `None` for the other norms.
     ///
-    /// `tangents[k]` holds the derivative of every control point with respect to variable k. The Hessian is constant.
+    /// `tangents[k]` holds the derivative of every control point with respect to variable k.
     pub fn hessian(&self, tangents: &[Vec<[f64; 2]>]) -> Option<DMatrix<f64>> {
-        if self.norm == ShapeNorm::RootMeanSquare {
-            return None;
+        match &self.comparison {
+            Comparison::Equal(equal) => equal.hessian(tangents),
+            Comparison::Closest(_) => None,
         }
-        let n = tangents.len();
-        // second derivatives of the kernel per unit weight; they do not depend on the distance
-        let origin: [Dual2SVec64<2>; 2] = std::array::from_fn(|d| Dual2SVec64::from_re(0.0).derivative(d));
-        let kernel = weighted_square(origin, 1.0).v2.0?;
-        let mut rows = DMatrix::zeros(2 * self.samples.len(), n);
-        let mut weighted = rows.clone();
-        for (index, sample) in self.samples.iter().enumerate() {
-            let basis = &self.basis[index * self.order..(index + 1) * self.order];
-            for (k, tangent) in tangents.iter().enumerate() {
-                let mut moved = [0.0; 2];
-                for (weight, point) in basis.iter().zip(&tangent[sample.first..]) {
-                    moved[0] += point[0] * weight;
-                    moved[1] += point[1] * weight;
-                }
-                for d in 0..2 {
-                    rows[(2 * index + d, k)] = moved[d];
-                    weighted[(2 * index + d, k)] =
-                        sample.weight * (kernel[(d, 0)] * moved[0] + kernel[(d, 1)] * moved[1]);
-                }
+    }
+
+    /// Exact Hessian (order 2 × control points; row and column 2 × control point + axis) at the control points of a
+    /// shape; `None` for the norms at equal parameters.
+    pub fn hessian_at(&self, control_points: &[[f64; 2]]) -> Option<DMatrix<f64>> {
+        let Comparison::Closest(closest) = &self.comparison else { return None };
+        let mut matrix = DMatrix::zeros(2 * control_points.len(), 2 * control_points.len());
+        closest.add_hessian(control_points, &mut matrix);
+        Some(matrix)
+    }
+
+    /// The Gauss-Newton matrix `2 Σ ∇r ∇rᵀ` of the residuals r whose squares add up to the error, in the components of
+    /// the control points as in [`hessian_at`](Self::hessian_at); `None` for the root mean square, which is no sum of
+    /// squares.
+    pub fn gauss_newton_at(&self, control_points: &[[f64; 2]]) -> Option<DMatrix<f64>> {
+        let mut matrix = DMatrix::zeros(2 * control_points.len(), 2 * control_points.len());
+        match &self.comparison {
+            Comparison::Equal(_) if self.norm == ShapeNorm::RootMeanSquare => return None,
+            Comparison::Equal(equal) => equal.add_gauss_newton(&mut matrix),
+            Comparison::Closest(closest) => closest.add_gauss_newton(control_points, &mut matrix),
+        }
+        Some(matrix)
+    }
+
+    /// The distances between a shape and the target; `None` where the norm compares equal parameters.
+    pub fn distances(&self, control_points: &[[f64; 2]]) -> Option<TargetDistance> {
+        match &self.comparison {
+            Comparison::Equal(_) => None,
+            Comparison::Closest(closest) => {
+                let (root_mean_square, largest) = closest.distances(control_points)?;
+                Some(TargetDistance { root_mean_square, largest })
             }
         }
-        Some(rows.tr_mul(&weighted))
     }
 }

@@ -120,6 +120,12 @@ pub struct Derivatives {
 pub type Gradients = Coefficients<Derivatives>;
 
 impl Derivatives {
+    /// These derivatives, of any output at fixed angle of attack, at fixed lift coefficient, with those of `lift`.
+    pub(super) fn at_fixed_lift(self, lift: &Self) -> Self {
+        let factor = -self.alpha / lift.alpha;
+        Self { alpha: 0.0, ..self.add(factor, lift) }
+    }
+
     /// These derivatives multiplied by `factor`.
     fn scaled(&self, factor: f64) -> Self {
         Self {

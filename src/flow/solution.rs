@@ -182,6 +182,10 @@ pub(super) trait Record: Any + Debug + Send + Sync {
     /// for a solver without panels.
     fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients>;
 
+    /// Exact derivatives of weighted sums of the pressure coefficients at the nodes at fixed angle of attack, one for
+    /// each list of weights; `None` where the equations are singular.
+    fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>>;
+
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
 
@@ -306,6 +310,27 @@ impl Solution {
     pub(crate) fn resolves(&self, error: &Coefficients) -> bool {
         let Coefficients { cl, cd, .. } = self.coefficients;
         error.cd < RESOLVED * cd.abs() && error.cl < RESOLVED * cl.abs().max(SMALL_LIFT)
+    }
+
+    /// Exact derivatives of weighted sums of the pressure coefficients at the nodes, that is of `Σ weights[k][i] cp[i]`
+    /// with `cp` as in [`Distributions`], one for each list of weights. They hold whatever the condition holds: the angle
+    /// of attack or the lift coefficient.
+    ///
+    /// The result is `None` where the solution is not converged, or where a list has not one weight per node. Six sums
+    /// cost about as much as the derivatives of all coefficients.
+    pub fn pressure_derivatives(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {
+        let nodes = self.record.nodes().len();
+        if !self.is_solved() || weights.iter().any(|list| list.len() != nodes) {
+            return None;
+        }
+        let at_alpha = self.record.pressure_gradients(weights)?;
+        Some(match self.condition.incidence {
+            Incidence::Alpha(_) => at_alpha,
+            Incidence::Lift(_) => {
+                let lift = self.record.gradients()?.cl;
+                at_alpha.into_iter().map(|by| by.at_fixed_lift(&lift)).collect()
+            }
+        })
     }
 
     /// The coefficients over any scalar that carries at most first derivatives. `nodes` are the nodes of the solution,

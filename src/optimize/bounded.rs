@@ -146,6 +146,19 @@ impl<P: Problem> Problem for Bounded<P> {
         Some(metric)
     }
 
+    fn gauss_newton(&mut self, z: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        let mut result = self.inner.gauss_newton(&self.unwrap_point(z))?;
+        if let Ok(matrix) = &mut result
+            && !self.bounds.is_empty()
+        {
+            let (first, _) = self.derivatives(z);
+            for (j, mut column) in matrix.column_iter_mut().enumerate() {
+                column.iter_mut().zip(&first).for_each(|(h, d)| *h *= d * first[j]);
+            }
+        }
+        Some(result)
+    }
+
     fn hessian(&mut self, z: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         if self.bounds.is_empty() {
             return self.inner.hessian(z);

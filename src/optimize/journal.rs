@@ -17,7 +17,8 @@ pub struct Record {
 pub enum Answer {
     /// Answer to [`Problem::evaluate`](crate::design::Problem::evaluate).
     Evaluation(Result<Evaluation, AnalysisFailure>),
-    /// Answer to [`Problem::hessian`](crate::design::Problem::hessian).
+    /// Answer to [`Problem::hessian`](crate::design::Problem::hessian) or
+    /// [`Problem::gauss_newton`](crate::design::Problem::gauss_newton), of which a method asks one alone.
     Hessian(Result<DMatrix<f64>, AnalysisFailure>),
 }
 

@@ -49,6 +49,7 @@ pub(super) struct Ledger<'a> {
     last_failed: bool,
     halt: Option<Halt>,
     no_hessian: bool,
+    no_squares: bool,
     /// Iterations completed; the method counts them.
     pub(super) iteration: usize,
 }
@@ -76,6 +77,7 @@ impl<'a> Ledger<'a> {
             last_failed: false,
             halt: None,
             no_hessian: false,
+            no_squares: false,
             iteration: 0,
         }
     }
@@ -154,6 +156,11 @@ impl<'a> Ledger<'a> {
     /// Whether a Hessian was asked for that the problem does not offer.
     pub(super) fn lacks_hessian(&self) -> bool {
         self.no_hessian
+    }
+
+    /// Whether a Gauss-Newton matrix was asked for of an objective that is no sum of squares.
+    pub(super) fn lacks_squares(&self) -> bool {
+        self.no_squares
     }
 
     /// Whether the iterations are used up.
@@ -238,6 +245,9 @@ impl<'a> Ledger<'a> {
 
     /// The error to return instead of an outcome, if the problem turned out to be unfit.
     pub(super) fn unfit(&self, method: &'static str) -> Option<OptimizeError> {
+        if self.no_squares {
+            return Some(OptimizeError::NoSquares { method });
+        }
         self.no_hessian.then_some(OptimizeError::NoHessian { method })
     }
 }
@@ -260,6 +270,18 @@ fn usable(evaluation: Evaluation, n: usize, constraints: usize) -> Result<Evalua
         bad.map(|i| format!("entry {i} of the gradient is {}", evaluation.gradient[i]))
     };
     complaint.map_or(Ok(evaluation), |reason| Err(AnalysisFailure { reason }))
+}
+
+/// A matrix of second derivatives that an optimiser can use, or the reason why not.
+fn square_and_finite(matrix: DMatrix<f64>, n: usize, name: &str) -> Result<DMatrix<f64>, AnalysisFailure> {
+    if matrix.shape() != (n, n) {
+        let reason = format!("the {name} is {} × {} for {n} variables", matrix.nrows(), matrix.ncols());
+        return Err(AnalysisFailure { reason });
+    }
+    if !matrix.iter().all(|h| h.is_finite()) {
+        return Err(AnalysisFailure { reason: format!("the {name} has entries that are not finite") });
+    }
+    Ok(matrix)
 }
 
 impl Ledger<'_> {
@@ -362,17 +384,16 @@ impl Problem for Ledger<'_> {
             return None;
         };
         self.hessians += 1;
-        let n = x.len();
-        let result = result.and_then(|hessian| {
-            if hessian.shape() != (n, n) {
-                let reason = format!("the Hessian is {} × {} for {n} variables", hessian.nrows(), hessian.ncols());
-                return Err(AnalysisFailure { reason });
-            }
-            if !hessian.iter().all(|h| h.is_finite()) {
-                return Err(AnalysisFailure { reason: "the Hessian has entries that are not finite".into() });
-            }
-            Ok(hessian)
-        });
+        let result = result.and_then(|hessian| square_and_finite(hessian, x.len(), "Hessian"));
+        Some(result.inspect_err(|failure| self.last_failure.clone_from(&failure.reason)))
+    }
+
+    fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
+        let Some(result) = self.problem.gauss_newton(x) else {
+            self.no_squares = true;
+            return None;
+        };
+        let result = result.and_then(|matrix| square_and_finite(matrix, x.len(), "Gauss-Newton matrix"));
         Some(result.inspect_err(|failure| self.last_failure.clone_from(&failure.reason)))
     }
 

@@ -1,6 +1,7 @@
 //! Any of the methods behind one type.
 
 use super::dense::refuse_size;
+use super::gauss_newton::GaussNewton;
 use super::lbfgs::Lbfgs;
 use super::newton::Newton;
 use super::optimizer::{Limits, Optimizer};
@@ -18,6 +19,8 @@ pub enum Method {
     Lbfgs(Lbfgs),
     /// `"newton"`.
     Newton(Newton),
+    /// `"gauss-newton"`.
+    GaussNewton(GaussNewton),
     /// `"slsqp"`.
     Slsqp(Slsqp),
     /// `"sqp"`.
@@ -26,7 +29,7 @@ pub enum Method {
 
 impl Method {
     /// The names [`from_name`](Self::from_name) knows.
-    pub const NAMES: [&'static str; 4] = [Lbfgs::NAME, Newton::NAME, Slsqp::NAME, Sqp::NAME];
+    pub const NAMES: [&'static str; 5] = [Lbfgs::NAME, Newton::NAME, GaussNewton::NAME, Slsqp::NAME, Sqp::NAME];
 
     /// The method called `name` with its default settings.
     ///
@@ -36,6 +39,7 @@ impl Method {
         match name {
             Lbfgs::NAME => Ok(Self::Lbfgs(Lbfgs::default())),
             Newton::NAME => Ok(Self::Newton(Newton::default())),
+            GaussNewton::NAME => Ok(Self::GaussNewton(GaussNewton::default())),
             Slsqp::NAME => Ok(Self::Slsqp(Slsqp::default())),
             Sqp::NAME => Ok(Self::Sqp(Sqp::default())),
             _ => Err(OptimizeError::UnknownMethod { name: name.into(), known: Self::NAMES }),
@@ -49,7 +53,7 @@ impl Method {
     pub fn check_constraints(&self, problem: &dyn Problem) -> Result<(), OptimizeError> {
         match self {
             Self::Lbfgs(_) => refuse_constraints(problem, self.name()),
-            Self::Newton(_) => {
+            Self::Newton(_) | Self::GaussNewton(_) => {
                 refuse_size(problem, self.name())?;
                 refuse_constraints(problem, self.name())
             }
@@ -62,6 +66,7 @@ impl Method {
         match self {
             Self::Lbfgs(method) => &mut method.limits,
             Self::Newton(method) => &mut method.limits,
+            Self::GaussNewton(method) => &mut method.limits,
             Self::Slsqp(method) => &mut method.limits,
             Self::Sqp(method) => &mut method.limits,
         }
@@ -71,6 +76,7 @@ impl Method {
         match self {
             Self::Lbfgs(method) => method,
             Self::Newton(method) => method,
+            Self::GaussNewton(method) => method,
             Self::Slsqp(method) => method,
             Self::Sqp(method) => method,
         }

@@ -2,11 +2,14 @@
 //!
 //! * [`Lbfgs`]: limited-memory BFGS on [`argmin`], for problems without constraints; first derivatives only;
 //! * [`Newton`]: trust-region Newton with the exact Hessian; the fewest evaluations where second derivatives exist;
+//! * [`GaussNewton`]: Levenberg-Marquardt within bounds, for objectives that are sums of squares, such as the match of a
+//!   shape;
 //! * [`Slsqp`]: sequential least-squares programming on [`basin`], for problems with constraints; first derivatives
 //!   only;
 //! * [`Sqp`]: sequential quadratic programming in a trust region, for problems with constraints: the fewest evaluations;
 //! * [`Method`]: any of them behind one type, as a case file names it;
 //! * [`Bounded`]: bounds on variables by a smooth change of variables, which the first two use by themselves;
+//! * [`ArgminProblem`]: a problem for the solvers of `argmin`, with its bounds;
 //! * [`Journaled`], [`Checkpoint`]: every evaluation recorded, so that a killed run resumes bit for bit;
 //! * [`History`]: a row per evaluation, as CSV.
 //!
@@ -43,10 +46,48 @@
 //! assert!((outcome.x[0] - 1.0).abs() < 1e-6);
 //! ```
 //!
+//! Constraints have their values and gradients in the evaluation, and their bounds in the description:
+//!
+//! ```
+//! use aeroform::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
+//! use aeroform::optimize::{Optimizer, Sqp, Termination};
+//! use std::ops::ControlFlow;
+//!
+//! /// The point of the unit disc with x ≤ 0.8 that is closest to (2, 1).
+//! struct InDisc(ProblemDescription);
+//! impl Problem for InDisc {
+//!     fn description(&self) -> &ProblemDescription { &self.0 }
+//!     fn evaluate(&mut self, x: &[f64]) -> Result<Evaluation, AnalysisFailure> {
+//!         Ok(Evaluation {
+//!             objective: (x[0] - 2.0).powi(2) + (x[1] - 1.0).powi(2),
+//!             gradient: vec![2.0 * (x[0] - 2.0), 2.0 * (x[1] - 1.0)],
+//!             constraints: vec![x[0] * x[0] + x[1] * x[1]],
+//!             jacobian: vec![vec![2.0 * x[0], 2.0 * x[1]]],
+//!             values: vec![],
+//!         })
+//!     }
+//!     fn hessian(&mut self, _: &[f64]) -> Option<Result<nalgebra::DMatrix<f64>, AnalysisFailure>> { None }
+//! }
+//!
+//! let mut problem = InDisc(ProblemDescription {
+//!     variable_names: vec!["x".into(), "y".into()],
+//!     start: vec![0.1, 0.1],
+//!     variable_bounds: vec![Bounds { lower: f64::NEG_INFINITY, upper: 0.8 }, Bounds::FREE],
+//!     constraint_names: vec!["squared radius".into()],
+//!     constraint_bounds: vec![Bounds { lower: f64::NEG_INFINITY, upper: 1.0 }],
+//!     ..ProblemDescription::default()
+//! });
+//! let outcome = Sqp::default().minimize(&mut problem, &mut |_| ControlFlow::Continue(())).unwrap();
+//! assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+//! assert!((outcome.x[0] - 0.8).abs() < 1e-4 && (outcome.x[1] - 0.6).abs() < 1e-4, "{:?}", outcome.x);
+//! ```
+//!
 //! This module depends on [`design::Problem`](crate::design::Problem), `argmin`, `basin`, `nalgebra` and `serde`.
 
+mod argmin_problem;
 pub(crate) mod atomic;
 mod bounded;
+mod box_quadratic;
 mod checkpoint;
 #[cfg(test)]
 mod constrained_tests;
@@ -54,6 +95,7 @@ mod constraint_row;
 mod cubic;
 mod dense;
 mod engineering;
+mod gauss_newton;
 mod history;
 mod identity;
 mod journal;
@@ -78,9 +120,11 @@ mod vector;
 mod verdict;
 mod watch;
 
+pub use argmin_problem::ArgminProblem;
 pub use bounded::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use engineering::engineering;
+pub use gauss_newton::GaussNewton;
 pub use history::{History, HistoryRow};
 pub use identity::Identity;
 pub use journal::{Answer, Journal, Record};

@@ -135,7 +135,7 @@ pub enum OptimizeError {
         /// The name asked for.
         name: String,
         /// The names there are.
-        known: [&'static str; 4],
+        known: [&'static str; 5],
     },
     /// The method takes no constraints.
     #[error(
@@ -164,6 +164,14 @@ pub enum OptimizeError {
     /// The method needs second derivatives and the problem has none.
     #[error("method \"{method}\" needs second derivatives, which this problem does not offer; use \"lbfgs\"")]
     NoHessian {
+        /// Name of the method.
+        method: &'static str,
+    },
+    /// The method needs an objective that is a sum of squares.
+    #[error(
+        "method \"{method}\" needs an objective that is a sum of squares: shape_error (but no root mean square), fold_penalty and soft limits, all with positive weights; use \"lbfgs\" or \"sqp\""
+    )]
+    NoSquares {
         /// Name of the method.
         method: &'static str,
     },

@@ -55,7 +55,7 @@ pub(super) fn converged(ledger: &Ledger<'_>, point: &Iterate) -> String {
 
 /// The constraints and bounds that hold the design: the constraints, strongest first, with what they cost, and the
 /// bounds of variables.
-fn holding(ledger: &Ledger<'_>, point: &Iterate) -> String {
+pub(super) fn holding(ledger: &Ledger<'_>, point: &Iterate) -> String {
     let bounds = &ledger.description().constraint_bounds;
     let pull = |k: &usize| point.optimality.multipliers[*k].abs() * norm(&point.evaluation.jacobian[*k]);
     let mut held: Vec<usize> = (0..bounds.len()).filter(|&k| point.optimality.multipliers[k] != 0.0).collect();

@@ -2,10 +2,14 @@
 
 use super::DesignProblem;
 use crate::design::DesignError;
+use crate::design::ShapeError;
+use crate::design::linearised::LinearisedShape;
 use crate::design::quantity::Quantity;
 use crate::differentiate::{self, Function};
+use crate::ffd::penalty_of_indicator;
 use crate::scalar::Scalar;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
+use num_dual::second_derivative;
 
 impl DesignProblem {
     /// Exact Hessian of the objective in scaled variables.
@@ -27,9 +31,10 @@ impl DesignProblem {
                     if self.error_hessian.is_none() {
                         self.error_hessian = self.instruments.error()?.hessian(&tangents.section_tangents(0..n));
                     }
-                    match &self.error_hessian {
-                        Some(constant) => total += constant * weight,
-                        None => rest.push(q),
+                    match (&self.error_hessian, self.instruments.error()?.hessian_at(&self.work.points)) {
+                        (Some(constant), _) => total += constant * weight,
+                        (None, Some(of_points)) => total += in_variables(&of_points, tangents) * weight,
+                        (None, None) => rest.push(q),
                     }
                 }
                 (Quantity::FoldPenalty, Some(_)) => {
@@ -47,6 +52,75 @@ impl DesignProblem {
         }
         self.scale_both(&mut total);
         Ok(total)
+    }
+
+    /// Whether the objective is a sum of squares, or of other functions that are convex in quantities which change
+    /// smoothly with the variables, as the fold penalty is in the fold indicators.
+    pub fn is_sum_of_squares(&self) -> bool {
+        let squares = |quantity: &Quantity| match quantity {
+            Quantity::ShapeError => self.instruments.error().is_ok_and(ShapeError::is_sum_of_squares),
+            Quantity::FoldPenalty | Quantity::PressureError | Quantity::Soft { .. } => true,
+            _ => false,
+        };
+        let mut terms = self.quantities.iter().zip(&self.weights).filter(|(_, weight)| **weight != 0.0);
+        terms.all(|(quantity, weight)| *weight > 0.0 && squares(quantity))
+    }
+
+    /// The Gauss-Newton matrix of an objective that is a sum of squares, in scaled variables: `2 Σ ∇r ∇rᵀ`, and
+    /// `Σ η″ ∇m ∇mᵀ` of a penalty `η(m)`.
+    pub(super) fn normal_matrix(&mut self, x: &[f64]) -> Result<DMatrix<f64>, DesignError> {
+        self.set_scaled(x);
+        let tangents = self.prepare()?;
+        let mut total = DMatrix::zeros(x.len(), x.len());
+        for q in 0..self.quantities.len() {
+            let weight = self.weights[q];
+            if weight == 0.0 {
+                continue;
+            }
+            match self.quantities[q].clone() {
+                Quantity::ShapeError => {
+                    if let Some(of_points) = self.instruments.error()?.gauss_newton_at(&self.work.points) {
+                        total += in_variables(&of_points, &tangents) * weight;
+                    }
+                }
+                Quantity::PressureError => {
+                    let of_points = self.instruments.pressures()?.pressure_matrix(&self.work.points)?;
+                    total += in_variables(&of_points, &tangents) * weight;
+                }
+                Quantity::Soft { quantity, limit } => {
+                    let (value, gradient) = self.gradient_of(&quantity, &tangents)?;
+                    if limit.square(value) > 0.0 {
+                        let gradient = DVector::from_vec(gradient);
+                        total.ger(2.0 * weight, &gradient, &gradient, 1.0);
+                    }
+                }
+                _ => self.add_penalty_matrix(weight, &tangents, &mut total)?,
+            }
+        }
+        self.scale_both(&mut total);
+        Ok(total)
+    }
+
+    /// The part of the fold penalty, over all control points of the box.
+    fn add_penalty_matrix(
+        &mut self,
+        weight: f64,
+        tangents: &LinearisedShape,
+        total: &mut DMatrix<f64>,
+    ) -> Result<(), DesignError> {
+        for index in 0..self.work.net.len() {
+            self.clear_slopes();
+            let work = &mut self.work;
+            let penalty = self.instruments.penalty()?;
+            let indicator = penalty.indicator_and_gradient(index, &work.net, 1.0, &mut work.net_slope);
+            let (_, _, bend) = second_derivative(penalty_of_indicator, indicator);
+            // far from a fold the penalty underflows
+            if bend > f64::MIN_POSITIVE {
+                let slope = DVector::from_vec(self.pull_back(tangents));
+                total.ger(weight * bend, &slope, &slope, 1.0);
+            }
+        }
+        Ok(())
     }
 
     /// The distortion of the box plus the squares of natural steps: steps that keep the cells' areas may be long.
@@ -94,6 +168,17 @@ impl DesignProblem {
             }
         }
     }
+}
+
+/// Second derivatives in the components of the section's control points → in the variables.
+fn in_variables(of_points: &DMatrix<f64>, tangents: &LinearisedShape) -> DMatrix<f64> {
+    let mut columns = DMatrix::zeros(of_points.nrows(), tangents.variables());
+    for (variable, tangent) in tangents.section_tangents(0..tangents.variables()).iter().enumerate() {
+        for (row, component) in tangent.as_flattened().iter().enumerate() {
+            columns[(row, variable)] = *component;
+        }
+    }
+    columns.tr_mul(&(of_points * &columns))
 }
 
 /// Part of the objective, for second derivatives through the whole pipeline.

@@ -177,6 +177,19 @@ fn add_lowest_pressure(solved: &Solved, direct: &mut Direct) {
     direct.mach = by[2];
 }
 
+/// The direct dependence of a weighted sum of the pressure coefficients at the nodes, and none without weights.
+pub(super) fn pressure_direct(weights: Option<&Vec<f64>>, solved: &Solved) -> Direct {
+    let mut direct = Direct::none(solved.nodes.len(), solved.at.numbering.stations());
+    let mach = Dual2::from_re(solved.stream.mach).derivative(1);
+    let correction = KarmanTsien::new(mach);
+    for (node, (weight, speed)) in weights.into_iter().flatten().zip(solved.strengths).enumerate() {
+        let [by_speed, by_mach] = gradient(&correction.pressure(Dual2::from_re(*speed).derivative(0)));
+        direct.strengths[node] = weight * by_speed;
+        direct.mach += weight * by_mach;
+    }
+    direct
+}
+
 /// Drag coefficient from the last station of the wake, 2 θ u^((5 + H)/2) (Squire & Young).
 fn drag<S: Scalar>(end: &Derived<S>) -> S {
     (end.state.log_theta + end.log_speed * (end.shape + 5.0) * 0.5).exp() * 2.0

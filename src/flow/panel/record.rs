@@ -1,6 +1,6 @@
 //! The state of a solution that the panel solver keeps, and the results that it reads off it.
 
-use super::adjoint::gradients;
+use super::adjoint::{gradients, pressure_gradients};
 use super::compressibility::KarmanTsien;
 use super::coupling::reduced::Reduced;
 use super::coupling::response::{FlowResponse, SectionResponse};
@@ -10,7 +10,7 @@ use super::frame::Nodes;
 use super::outputs;
 use super::resolution::panel_error;
 use super::solved::Solved;
-use crate::flow::coefficients::{Coefficients, Gradients};
+use crate::flow::coefficients::{Coefficients, Derivatives, Gradients};
 use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
 use crate::flow::search::End;
 use crate::flow::solution::{Distributions, Record, StationFlow, Status};
@@ -218,6 +218,12 @@ impl Record for PanelRecord {
 
     fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients> {
         Some(panel_error(&self.nodes.given, gradients))
+    }
+
+    fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {
+        let inside = pressure_gradients(weights, &self.solved(), &Reduced::new(&self.at)?);
+        let given = |by| self.nodes.frame.pull_back(&self.nodes.given, by);
+        Some(inside.into_iter().map(given).collect())
     }
 
     fn distributions(&self) -> Distributions {

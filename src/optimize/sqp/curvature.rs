@@ -15,6 +15,9 @@ const RELAXATION: f64 = 0.5;
 /// Number of the latest steps that are gone through once more at the end: they hold best where the run is now, and an
 /// update by one step spoils what the others have found.
 const REPEATED: usize = 10;
+/// Number of steps from which on the latest are gone through once more. The first steps of a run are long, and two
+/// passes would take the curvature along them for that of the end.
+const SETTLED: usize = 25;
 /// Number of steps that are remembered.
 const REMEMBERED: usize = 300;
 /// Number of updates that are taken to be needed at least, where there are few directions.
@@ -74,7 +77,7 @@ impl Curvature {
         let weights = DVector::from_iterator(1 + multipliers.len(), weights);
         self.restart();
         let steps = std::mem::take(&mut self.steps);
-        let latest = steps.len().saturating_sub(REPEATED);
+        let latest = if steps.len() < SETTLED { steps.len() } else { steps.len() - REPEATED };
         for step in steps.iter().chain(steps.range(latest..)) {
             self.update(&step.way, &(&step.changes * &weights));
         }

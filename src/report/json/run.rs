@@ -3,7 +3,7 @@
 use super::named::without_value;
 use super::{Named, identifiers};
 use crate::case::{Case, CaseOutcome};
-use crate::design::{Problem, ProblemDescription};
+use crate::design::{Problem, ProblemDescription, TargetDistance};
 use crate::optimize::{Optimizer, REACHED, Termination};
 use serde::Serialize;
 
@@ -56,6 +56,8 @@ pub struct RunReport {
     pub folded: Option<bool>,
     /// Whether the section crosses itself.
     pub self_intersecting: bool,
+    /// Distance of the best design from the target; `None` without a target.
+    pub target_distance: Option<TargetDistance>,
     /// For every name of a quantity or a variable a name that programming languages accept.
     pub identifiers: Named<String>,
 }
@@ -143,6 +145,7 @@ impl RunReport {
             min_fold_indicator: end.fold.map(|f| f.smallest_indicator),
             folded: end.fold.map(|f| f.folded),
             self_intersecting: end.shape.section.self_intersection().is_some(),
+            target_distance: case.problem.target_distance(&end.shape),
             identifiers: identifiers(names.iter().chain(&problem.variable_names).map(String::as_str)),
         }
     }

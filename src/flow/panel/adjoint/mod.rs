@@ -21,21 +21,38 @@ mod testing;
 mod tests;
 
 use super::coupling::reduced::Reduced;
-use super::outputs::direct;
-use super::solved::Solved;
-use crate::flow::coefficients::Gradients;
+use super::outputs::{direct, pressure_direct};
+use super::solved::{Direct, Solved};
+use crate::flow::coefficients::{COEFFICIENTS, Coefficients, Derivatives, Gradients};
 use reverse::{Collected, Reverse};
 
 /// Derivatives of all coefficients with respect to all inputs, at fixed angle of attack.
 pub(super) fn gradients(solved: &Solved, reduced: &Reduced) -> Gradients {
-    let direct = direct(solved);
-    let reverse = Reverse::new(solved, reduced, &direct);
-    let mut collected = Collected::new(&direct);
+    gradients_of(&direct(solved), solved, reduced)
+}
+
+/// Derivatives of weighted sums of the pressure coefficients at the nodes with respect to all inputs, at fixed angle of
+/// attack: one for each list of weights, which has one weight per node.
+///
+/// As many sums as there are coefficients share a sweep.
+pub(super) fn pressure_gradients(weights: &[Vec<f64>], solved: &Solved, reduced: &Reduced) -> Vec<Derivatives> {
+    let sweep = |chunk: &[Vec<f64>]| {
+        let mut chunk = chunk.iter();
+        let outputs = Coefficients::<()>::default().map(|()| pressure_direct(chunk.next(), solved));
+        gradients_of(&outputs, solved, reduced).to_array()
+    };
+    weights.chunks(COEFFICIENTS).flat_map(|chunk| sweep(chunk).into_iter().take(chunk.len())).collect()
+}
+
+/// Derivatives of any outputs with the given direct dependence.
+fn gradients_of(direct: &Coefficients<Direct>, solved: &Solved, reduced: &Reduced) -> Gradients {
+    let reverse = Reverse::new(solved, reduced, direct);
+    let mut collected = Collected::new(direct);
     collected.add_gas(solved, &reverse);
     let weights = influence::panel_weights(reverse.section, &reverse.strengths);
     influence::add_panels(&reverse, &reverse.at_solution, &weights, &mut collected);
     wake::add_wake(solved, &reverse, &weights, &mut collected);
-    surface::add_surface(solved, &reverse, &direct, &mut collected);
+    surface::add_surface(solved, &reverse, direct, &mut collected);
     let mut gradients = collected.finish(solved.nodes);
     for (gradient, direct) in gradients.iter_mut().zip(direct.iter()) {
         for (node, given) in gradient.nodes.iter_mut().zip(&direct.given) {

@@ -1,0 +1,374 @@
+//! Gauss and Newton's method for sums of squares, damped after Levenberg and Marquardt, within bounds.
+
+use super::box_quadratic::minimum_in_box;
+use super::cubic::{LineSample, cubic_minimum};
+use super::dense::refuse_size;
+use super::kkt::Iterate;
+use super::ledger::Ledger;
+use super::optimizer::{Limits, Optimizer};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
+use super::settings::{Range, check_settings};
+use super::vector::norm;
+use super::verdict;
+use crate::design::{Evaluation, Problem};
+use nalgebra::{DMatrix, DVector};
+use std::ops::ControlFlow;
+
+/// Levenberg-Marquardt for an objective that is a sum of squares, with bounds on variables and no other constraints.
+///
+/// The model of the objective is its value and gradient with the [Gauss-Newton matrix](Problem::gauss_newton) of the
+/// problem. Each iteration minimises it within the bounds, which are met exactly, damped just enough for the step to stay
+/// within a ball of the problem's [`metric`](Problem::metric), or of [natural steps](Problem::natural_steps) where there
+/// is none. It costs one evaluation; a matrix is asked for only where a step was accepted. A step that fell short gives
+/// the next radius by the cubic through the objective and its slope at both ends. A failed analysis counts as a rejected
+/// step.
+///
+/// The run has converged where the model without damping promises less than
+/// [`objective_tolerance`](Self::objective_tolerance) of the objective, or where the objective has fallen to a 10⁻²⁰th
+/// of its start: an exact match. It has converged as well where [`WINDOW`](Self::WINDOW) accepted steps together lowered
+/// the objective by less than [`progress_tolerance`](Self::progress_tolerance) of its size, as near optima that hardly
+/// depend on some of many variables, and where the objective has fallen to [`match_tolerance`](Self::match_tolerance) of
+/// its start and the latest step did not halve it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaussNewton {
+    /// Predicted relative decrease of the objective that counts as none.
+    pub objective_tolerance: f64,
+    /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has
+    /// converged.
+    pub progress_tolerance: f64,
+    /// Objective over that of the start below which slow progress ends the run: the root of it is the share of the
+    /// distance from a target that is left.
+    pub match_tolerance: f64,
+    /// First radius of the ball.
+    pub first_radius: f64,
+    /// Limits of the run.
+    pub limits: Limits,
+}
+
+impl Default for GaussNewton {
+    fn default() -> Self {
+        Self {
+            objective_tolerance: 1e-4,
+            progress_tolerance: 1e-2,
+            match_tolerance: 1e-8,
+            first_radius: 1.0,
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// Share of the predicted decrease from which a step is accepted.
+const ACCEPT: f64 = 1e-4;
+/// Share of the predicted decrease below which the ball shrinks, and above which it grows.
+const POOR: f64 = 0.1;
+const GOOD: f64 = 0.75;
+/// Objective over that of the start at which nothing is left to match.
+const NOTHING: f64 = 1e-20;
+/// Least damping, as a share of the largest curvature: it keeps the matrix positive definite in round-off.
+const LEAST: f64 = 1e-13;
+/// Damping from which that of the first step is sought, as a share of the largest curvature.
+const FIRST_DAMPING: f64 = 1e-3;
+/// Steps rejected in a row before the run counts as stalled.
+const PATIENCE: usize = 20;
+
+impl GaussNewton {
+    /// The name in case files.
+    pub const NAME: &'static str = "gauss-newton";
+    /// Accepted steps over which progress is judged.
+    pub const WINDOW: usize = 10;
+
+    fn check(&self) -> Result<(), OptimizeError> {
+        check_settings(
+            Self::NAME,
+            self.limits,
+            &[
+                ("objective_tolerance", self.objective_tolerance, Range::NotNegative),
+                ("progress_tolerance", self.progress_tolerance, Range::NotNegative),
+                ("match_tolerance", self.match_tolerance, Range::NotNegative),
+                ("first_radius", self.first_radius, Range::Positive),
+            ],
+        )
+    }
+}
+
+impl Optimizer for GaussNewton {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn minimize(
+        &self,
+        problem: &mut dyn Problem,
+        observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Outcome, OptimizeError> {
+        self.check()?;
+        check(problem)?;
+        refuse_size(problem, Self::NAME)?;
+        refuse_constraints(problem, Self::NAME)?;
+        let steps = problem.natural_steps().unwrap_or_else(|| vec![1.0; problem.description().start.len()]);
+        let mut run = Run {
+            settings: *self,
+            ledger: Ledger::new(problem, observer, self.limits),
+            steps,
+            radius: self.first_radius,
+            damping: 0.0,
+            latest: None,
+            rejected: 0,
+            failed_at: None,
+            accepted: Vec::new(),
+            steepest: 0.0,
+        };
+        let verdict = run.drive();
+        match run.ledger.unfit(Self::NAME) {
+            Some(error) => Err(error),
+            None => Ok(run.ledger.close(verdict)),
+        }
+    }
+}
+
+/// A point with the model of the objective there, the variables counted in natural steps.
+struct Modelled {
+    x: Vec<f64>,
+    evaluation: Evaluation,
+    gradient: DVector<f64>,
+    matrix: DMatrix<f64>,
+    /// Steps `s` are of the length √(sᵀ metric s).
+    metric: DMatrix<f64>,
+    /// Largest curvature along a variable, for a step of unit length.
+    size: f64,
+}
+
+impl Modelled {
+    fn length(&self, step: &DVector<f64>) -> f64 {
+        step.dot(&(&self.metric * step)).sqrt()
+    }
+
+    /// By how much the model falls along a step.
+    fn fall(&self, step: &DVector<f64>) -> f64 {
+        -self.gradient.dot(step) - 0.5 * step.dot(&(&self.matrix * step))
+    }
+}
+
+/// A step in natural steps.
+struct Step {
+    step: DVector<f64>,
+    /// Length in the metric.
+    length: f64,
+    /// By how much the model falls.
+    fall: f64,
+    /// Whether it is damped to stay within the ball.
+    at_surface: bool,
+}
+
+struct Run<'a> {
+    settings: GaussNewton,
+    ledger: Ledger<'a>,
+    steps: Vec<f64>,
+    /// Largest length of a step.
+    radius: f64,
+    /// Damping and step of the latest model, from which the next are sought.
+    damping: f64,
+    latest: Option<DVector<f64>>,
+    /// Steps rejected in a row.
+    rejected: usize,
+    /// Iteration at which an analysis failed last.
+    failed_at: Option<usize>,
+    /// Objectives of the accepted points, that of the start first.
+    accepted: Vec<f64>,
+    /// Largest norm of the gradient so far.
+    steepest: f64,
+}
+
+impl Run<'_> {
+    fn drive(&mut self) -> (Termination, String) {
+        let description = self.ledger.description();
+        let bounds = description.variable_bounds.iter();
+        let start =
+            description.start.iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect::<Vec<f64>>();
+        let first = self.ledger.evaluate(&start).ok().and_then(|evaluation| self.expand(start, evaluation));
+        let Some(mut point) = first else {
+            return verdict::fails_at_start(self.ledger.last_failure());
+        };
+        self.accepted.push(point.evaluation.objective);
+        self.damping = FIRST_DAMPING * point.size;
+        loop {
+            let step = self.step(&point);
+            if let Some(verdict) = self.judge(&point, step.as_ref()) {
+                return verdict;
+            }
+            self.ledger.iteration += 1;
+            match step.and_then(|step| self.advance(&point, step)) {
+                Some(next) => {
+                    self.rejected = 0;
+                    self.accepted.push(next.evaluation.objective);
+                    point = next;
+                }
+                None => self.rejected += 1,
+            }
+        }
+    }
+
+    /// Adds the model to an evaluated point; `None` where there is none.
+    fn expand(&mut self, x: Vec<f64>, evaluation: Evaluation) -> Option<Modelled> {
+        let matrix = self.ledger.gauss_newton(&x)?.ok()?;
+        self.steepest = self.steepest.max(norm(&evaluation.gradient));
+        let in_steps =
+            |m: DMatrix<f64>| DMatrix::from_fn(x.len(), x.len(), |i, j| m[(i, j)] * self.steps[i] * self.steps[j]);
+        let metric = self.ledger.metric(&x).map_or_else(|| DMatrix::identity(x.len(), x.len()), in_steps);
+        let matrix = in_steps(matrix);
+        let gradient = DVector::from_fn(x.len(), |k, _| evaluation.gradient[k] * self.steps[k]);
+        let curvature = matrix.diagonal().component_div(&metric.diagonal());
+        let size = curvature.amax().max(f64::MIN_POSITIVE);
+        Some(Modelled { x, evaluation, gradient, matrix, metric, size })
+    }
+
+    /// The minimum of the model with some damping within the bounds, as a step in natural steps; `near` is a guess.
+    fn damped(&self, point: &Modelled, damping: f64, near: &DVector<f64>) -> Option<DVector<f64>> {
+        let room = |bound: f64, k: usize| (bound - point.x[k]) / self.steps[k];
+        let bounds = self.ledger.description().variable_bounds.iter().enumerate();
+        let (lower, upper): (Vec<f64>, Vec<f64>) =
+            bounds.map(|(k, b)| (room(b.lower, k).min(0.0), room(b.upper, k).max(0.0))).unzip();
+        minimum_in_box(&(&point.matrix + &point.metric * damping), &point.gradient, &lower, &upper, near)
+    }
+
+    /// The step within the ball, damped as little as that allows.
+    fn step(&mut self, point: &Modelled) -> Option<Step> {
+        let least = LEAST * point.size;
+        let mut damping = self.damping.max(least);
+        // the length falls with the damping
+        let (mut low, mut high) = (None, None);
+        let mut inside: Option<DVector<f64>> = None;
+        let mut near = self.latest.clone().unwrap_or_else(|| DVector::zeros(point.x.len()));
+        for _ in 0..60 {
+            let found = self.damped(point, damping, &near);
+            let length = found.as_ref().map_or(f64::INFINITY, |step| point.length(step));
+            // written so that what is no number is too long
+            if let Some(step) = found.filter(|_| length <= self.radius) {
+                near.clone_from(&step);
+                inside = Some(step);
+                high = Some(damping);
+                if length >= 0.7 * self.radius || damping <= least {
+                    break;
+                }
+                damping = low.map_or(0.03 * damping, |low: f64| (low * damping).sqrt()).max(least);
+            } else {
+                low = Some(damping);
+                damping = high.map_or(30.0 * damping, |high: f64| (high * damping).sqrt());
+            }
+            if low.zip(high).is_some_and(|(low, high)| high <= 1.01 * low) {
+                break;
+            }
+        }
+        let step = inside?;
+        let damping = high?;
+        self.damping = damping;
+        self.latest = Some(step.clone());
+        Some(Step { fall: point.fall(&step), length: point.length(&step), at_surface: damping > least, step })
+    }
+
+    /// By how much the model could fall without damping, beside what it falls by a step within the ball.
+    fn left(&self, point: &Modelled, step: &Step) -> f64 {
+        if !step.at_surface || step.fall > self.settings.objective_tolerance * point.evaluation.objective {
+            return step.fall;
+        }
+        let mut damping = LEAST * point.size;
+        while damping <= point.size {
+            if let Some(free) = self.damped(point, damping, &step.step) {
+                return point.fall(&free);
+            }
+            damping *= 100.0;
+        }
+        f64::INFINITY
+    }
+
+    /// One step: the next point, or `None` where it is rejected.
+    fn advance(&mut self, point: &Modelled, step: Step) -> Option<Modelled> {
+        let Step { step, length, fall, at_surface } = step;
+        let bounds = &self.ledger.description().variable_bounds;
+        let move_by = |k: usize| (point.x[k] + step[k] * self.steps[k]).max(bounds[k].lower).min(bounds[k].upper);
+        let x: Vec<f64> = (0..point.x.len()).map(move_by).collect();
+        let Ok(evaluation) = self.ledger.evaluate(&x) else {
+            self.failed_at = Some(self.ledger.iteration);
+            self.radius = 0.25 * length;
+            return None;
+        };
+        let share = (point.evaluation.objective - evaluation.objective) / fall;
+        // written so that NaN fails
+        if !(share >= POOR) {
+            let along = |e: &Evaluation| (0..x.len()).map(|k| e.gradient[k] * step[k] * self.steps[k]).sum::<f64>();
+            let sample = |step: f64, e: &Evaluation| LineSample { step, value: e.objective, slope: along(e) };
+            let (here, there) = (sample(0.0, &point.evaluation), sample(1.0, &evaluation));
+            self.radius = cubic_minimum(here, there).unwrap_or(0.5).clamp(0.1, 0.7) * length;
+        } else if share > GOOD && at_surface {
+            self.radius = 2.0 * length;
+        }
+        if !(share >= ACCEPT) {
+            return None;
+        }
+        let next = self.expand(x, evaluation);
+        if next.is_none() {
+            self.radius = 0.25 * length;
+        }
+        next
+    }
+
+    /// A wall of failures is met again and again, with short accepted steps in between.
+    fn failed_recently(&self) -> bool {
+        self.failed_at.is_some_and(|iteration| iteration + GaussNewton::WINDOW > self.ledger.iteration)
+    }
+
+    /// Why the run ends at `point`, if it does.
+    fn judge(&self, point: &Modelled, step: Option<&Step>) -> Option<(Termination, String)> {
+        if self.ledger.halted().is_some() || self.ledger.lacks_squares() {
+            // the ledger words it
+            return Some((Termination::Interrupted, String::new()));
+        }
+        let objective = point.evaluation.objective;
+        let before = self.accepted.iter().rev().nth(1).copied().unwrap_or(f64::INFINITY);
+        if objective <= self.settings.match_tolerance * self.accepted[0] && objective > 0.5 * before {
+            let share = objective / self.accepted[0];
+            let message =
+                format!("Converged: {share:.0e} of the objective at the start is left, which falls slowly now.");
+            return Some((Termination::Converged, message));
+        }
+        if objective <= NOTHING * self.accepted[0] {
+            let message = format!("Converged: the match is exact, {:.0e} of the objective at the start.", NOTHING);
+            return Some((Termination::Converged, message));
+        }
+        let left = step.map_or(f64::INFINITY, |step| self.left(point, step));
+        if left <= self.settings.objective_tolerance * objective {
+            let share = left.max(0.0) / objective;
+            let at = Iterate::new(&self.ledger, &point.x, point.evaluation.clone());
+            let message = format!("Converged: at most {share:.1e} of the objective is left to gain.");
+            return Some((Termination::Converged, message + &verdict::holding(&self.ledger, &at)));
+        }
+        if let Some(earlier) = self.accepted.len().checked_sub(GaussNewton::WINDOW + 1).map(|k| self.accepted[k])
+            && earlier - objective < self.settings.progress_tolerance * objective
+        {
+            if self.failed_recently() {
+                return Some(verdict::walled_in(&self.ledger, norm(&point.evaluation.gradient)));
+            }
+            let share = (earlier - objective) / objective;
+            let at = Iterate::new(&self.ledger, &point.x, point.evaluation.clone());
+            let message = format!(
+                "Converged: the last {} steps together lowered the objective by only {share:.1e} of its size.",
+                GaussNewton::WINDOW,
+            );
+            return Some((Termination::Converged, message + &verdict::holding(&self.ledger, &at)));
+        }
+        if self.rejected >= PATIENCE {
+            let slope = norm(&point.evaluation.gradient);
+            let words = if self.failed_recently() {
+                verdict::walled_in(&self.ledger, slope)
+            } else {
+                verdict::no_descent(slope, self.steepest)
+            };
+            return Some(words);
+        }
+        self.ledger.out_of_iterations().then(|| verdict::iteration_limit(self.settings.limits.iterations))
+    }
+}
+
+#[cfg(test)]
+#[path = "gauss_newton_tests.rs"]
+mod tests;
