@@ -148,6 +148,13 @@ pub(crate) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     result
 }
 
+/// Subtracts the product of `a` and the leading rows of `b` from `target`, from its row `row` on and in its leading
+/// columns.
+pub(crate) fn subtract_product(target: &mut DMatrix<f64>, row: usize, a: &DMatrix<f64>, b: &DMatrix<f64>) {
+    let part = view_mut(target).submatrix_mut(row, 0, a.nrows(), b.ncols());
+    faer::linalg::matmul::matmul(part, Accum::Add, view(a), view(b).subrows(0, a.ncols()), -1.0, Par::Seq);
+}
+
 fn view(m: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(m.as_slice(), m.nrows(), m.ncols())
 }

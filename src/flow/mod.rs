@@ -48,6 +48,7 @@ mod panelling;
 mod search;
 mod solution;
 mod solver;
+mod streamtube;
 mod surface;
 #[cfg(test)]
 pub(crate) mod testcases;
@@ -63,3 +64,4 @@ pub use panel::{InviscidSolution, PanelSolver, PanelledSection, analyze};
 pub use panelling::panel_parameters;
 pub use solution::{Attempt, Distributions, HeldGradients, Solution, StationFlow, Status};
 pub use solver::{FlowSection, FlowSolver};
+pub use streamtube::probe;
