@@ -6,7 +6,7 @@
 //! complement.
 
 use super::numbering::{GLOBALS, Grid, Place, Unknowns};
-use crate::flow::linear::{Factors, dot, subtract_product};
+use crate::flow::linear::{Factors, subtract_product, subtract_transposed_product};
 use nalgebra::DMatrix;
 
 /// The equations of one station.
@@ -157,33 +157,27 @@ impl Band {
         Some(Unknowns { stations: self.blocks.iter().map(station).collect(), globals })
     }
 
-    /// Multipliers of all equations for further row `output`: the solution of the transposed system whose right-hand
-    /// side are the derivatives of that row. `border` are the derivatives of the stations' equations with respect to the
-    /// global unknowns, which factorisation has overwritten.
-    pub fn multipliers(&self, rows: &[usize], border: &[DMatrix<f64>]) -> Option<Vec<Unknowns>> {
-        let column = |g: usize| self.transposed(|i| self.below[i].column(g).iter().copied().collect());
-        let global: Vec<Vec<Vec<f64>>> = (0..GLOBALS).map(column).collect();
-        let against = |solution: &[Vec<f64>], g: usize| -> f64 {
-            border.iter().zip(solution).map(|(b, y)| dot(b.column(g).into_owned().as_slice(), y)).sum()
-        };
-        let schur =
-            DMatrix::from_fn(GLOBALS, GLOBALS, |a, b| self.corner[(b, a)] - against(&global[b], a));
-        let factors = Factors::new(&schur)?;
-        let solve = |&row: &usize| {
-            let mut own = column(GLOBALS + row);
-            let mut right =
-                DMatrix::from_fn(GLOBALS, 1, |a, _| self.corner[(GLOBALS + row, a)] - against(&own, a));
-            factors.solve(&mut right);
-            for (g, part) in global.iter().enumerate() {
-                for (own, part) in own.iter_mut().zip(part) {
-                    for (y, z) in own.iter_mut().zip(part) {
-                        *y -= right[g] * z;
-                    }
-                }
-            }
-            Unknowns { stations: own, globals: std::array::from_fn(|g| right[g]) }
-        };
-        Some(rows.iter().map(solve).collect())
+    /// Multipliers of all equations for every further row: the solutions of the transposed system whose right-hand sides
+    /// are the derivatives of these rows. `border` are the derivatives of the stations' equations with respect to the
+    /// global unknowns, which factorisation has overwritten. A row of a result belongs to an unknown, a column to a
+    /// further row.
+    pub fn multipliers(&self, border: &[DMatrix<f64>]) -> Option<Multipliers> {
+        let mut stations = self.transposed();
+        let further = self.corner.nrows() - GLOBALS;
+        // the global equations' own multipliers close the border
+        let mut closing = self.corner.transpose();
+        for (border, solution) in border.iter().zip(&stations) {
+            subtract_transposed_product(&mut closing, border, solution, 0);
+        }
+        let schur = closing.columns(0, GLOBALS).into_owned();
+        let mut globals = closing.columns(GLOBALS, further).into_owned();
+        Factors::new(&schur)?.solve(&mut globals);
+        for solution in &mut stations {
+            let [own, others] = [(0, GLOBALS), (GLOBALS, further)].map(|(c, n)| solution.columns(c, n).into_owned());
+            *solution = others;
+            subtract_product(solution, 0, &own, &globals);
+        }
+        Some(Multipliers { stations, globals })
     }
 
     /// Derivatives of the stations' equations with respect to the global unknowns, before factorisation.
@@ -191,38 +185,41 @@ impl Band {
         self.blocks.iter().map(|block| block.border.columns(0, GLOBALS).into_owned()).collect()
     }
 
-    /// Solves the transposed system of the stations with the factors.
-    fn transposed(&self, right: impl Fn(usize) -> Vec<f64>) -> Vec<Vec<f64>> {
+    /// Solutions of the transposed system of the stations for the derivatives of the global equations and the further
+    /// rows, as columns.
+    fn transposed(&self) -> Vec<DMatrix<f64>> {
         let count = self.blocks.len();
-        let mut y: Vec<Vec<f64>> = (0..count).map(right).collect();
+        let mut right = self.below.clone();
         for i in 1..count {
-            let (before, rest) = y.split_at_mut(i);
-            for (c, value) in rest[0].iter_mut().take(self.speeds[i]).enumerate() {
-                *value -= dot(self.blocks[i - 1].next.column(c).as_slice(), &before[i - 1]);
-            }
+            let (before, rest) = right.split_at_mut(i);
+            subtract_transposed_product(&mut rest[0], &self.blocks[i - 1].next, &before[i - 1], 0);
         }
-        let mut solution: Vec<Vec<f64>> = vec![Vec::new(); count];
         for i in (0..count).rev() {
-            let mut own = std::mem::take(&mut y[i]);
-            let mut subtract = |matrix: &DMatrix<f64>, from: &[f64]| {
-                for (c, value) in own.iter_mut().enumerate() {
-                    *value -= dot(matrix.column(c).as_slice(), from);
-                }
-            };
+            let (left, behind) = right.split_at_mut(i + 1);
+            let own = &mut left[i];
             if i + 1 < count {
-                subtract(&self.blocks[i + 1].first, &solution[i + 1]);
+                subtract_transposed_product(own, &self.blocks[i + 1].first, &behind[0], 0);
             }
             if i + 2 < count {
-                subtract(&self.blocks[i + 2].second, &solution[i + 2][self.speeds[i + 2]..]);
+                subtract_transposed_product(own, &self.blocks[i + 2].second, &behind[1], self.speeds[i + 2]);
             }
             if i + 3 < count {
-                let from = &solution[i + 3][self.speeds[i + 3]..];
+                let (far, start) = (&behind[2], self.speeds[i + 3]);
                 for (t, value) in self.blocks[i + 3].third.iter().enumerate() {
-                    own[self.speeds[i] + t] -= value * from[t];
+                    for c in 0..own.ncols() {
+                        own[(self.speeds[i] + t, c)] -= value * far[(start + t, c)];
+                    }
                 }
             }
-            solution[i] = self.factors[i].solve_transposed_vector(own);
+            self.factors[i].solve_transposed(own);
         }
-        solution
+        right
     }
+}
+
+/// Multipliers of the equations of all stations and of the global ones; a column for every further row.
+#[derive(Debug, Clone)]
+pub(super) struct Multipliers {
+    pub stations: Vec<DMatrix<f64>>,
+    pub globals: DMatrix<f64>,
 }

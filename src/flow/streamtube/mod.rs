@@ -2,6 +2,7 @@
 
 #![allow(dead_code)]
 
+mod adjoint;
 mod background;
 mod band;
 mod cell;
