@@ -131,7 +131,7 @@ impl Derivatives {
     }
 
     /// The sum of these derivatives and `factor` times others.
-    fn add(mut self, factor: f64, other: &Self) -> Self {
+    pub(super) fn plus(mut self, factor: f64, other: &Self) -> Self {
         for (own, other) in self.nodes.iter_mut().zip(&other.nodes) {
             *own = [own[0] + factor * other[0], own[1] + factor * other[1]];
         }
@@ -147,7 +147,7 @@ impl Gradients {
     ///
     /// The derivatives of `cl` vanish. The entries `alpha` are zero, because the angle is no longer an input.
     pub fn at_fixed_lift(&self) -> Self {
-        self.as_ref().map(|own| Derivatives { alpha: 0.0, ..own.clone().add(-own.alpha / self.cl.alpha, &self.cl) })
+        self.as_ref().map(|own| Derivatives { alpha: 0.0, ..own.clone().plus(-own.alpha / self.cl.alpha, &self.cl) })
     }
 
     /// Derivatives of the angle of attack (radians) at fixed lift coefficient. The entry `alpha` is zero.

@@ -64,4 +64,4 @@ pub use panel::{InviscidSolution, PanelSolver, PanelledSection, analyze};
 pub use panelling::panel_parameters;
 pub use solution::{Attempt, Distributions, HeldGradients, Solution, StationFlow, Status};
 pub use solver::{FlowSection, FlowSolver};
-pub use streamtube::probe;
+pub use streamtube::{StreamtubeSettings, StreamtubeSolver};

@@ -156,6 +156,9 @@ pub struct Solution {
     pub cd_pressure: f64,
     /// Friction drag coefficient: wall shear stress along the onset flow, integrated over both sides.
     pub cd_friction: f64,
+    /// Wave drag coefficient: the part of the drag coefficient that belongs to the losses in shocks. It is zero where
+    /// the solver knows no shocks.
+    pub cd_wave: f64,
     /// Stagnation point, as x in chords.
     pub stagnation: f64,
     /// Largest residual of all equations, without dimension.
@@ -206,6 +209,8 @@ pub struct StationFlow {
     pub y: f64,
     /// Compressible speed at the edge of the layer.
     pub edge_velocity: f64,
+    /// Mach number at the edge of the layer.
+    pub mach: f64,
     /// Pressure coefficient at the edge of the layer.
     pub cp: f64,
     /// Momentum thickness θ.
@@ -230,7 +235,8 @@ pub struct Distributions {
     pub nodes: Vec<[f64; 2]>,
     /// Pressure coefficient at the nodes of the section, in the order of the nodes.
     pub cp: Vec<f64>,
-    /// Pressure coefficient at the nodes of the flow without boundary layer, at the angle of attack of the solution.
+    /// Pressure coefficient at the nodes of the flow without boundary layer, at the angle of attack of the solution;
+    /// empty where the solver has no such flow at hand.
     pub cp_inviscid: Vec<f64>,
     /// Stations of the upper side from the stagnation point to the trailing edge.
     pub upper: Vec<StationFlow>,

@@ -114,6 +114,7 @@ impl Request<'_> {
             coefficients,
             cd_pressure: coefficients.cd - cd_friction,
             cd_friction,
+            cd_wave: 0.0,
             stagnation: record.stagnation(),
             residual,
             iterations,

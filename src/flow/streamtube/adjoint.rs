@@ -6,7 +6,7 @@
 //! they are differentiated forward, some nodes at a time. The cost does not depend on the number of outputs or design
 //! variables.
 
-use super::background::{ColumnInputs, WallStations, column};
+use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
 use super::band::Multipliers;
 use super::gas::{Flow, Parameters};
 use super::geometry::{displacement_thickness, gaps, movement};
@@ -22,7 +22,7 @@ use crate::flow::layer::Side;
 /// One number for every output.
 type Lanes = [f64; OUTPUTS];
 /// Derivatives with respect to what a column of the grid depends on.
-type ByColumn = Tangent<10>;
+type ByColumn = Tangent<COLUMN_INPUTS>;
 /// Coordinates of nodes that are differentiated at a time.
 const CHUNK: usize = 16;
 type ByNodes = Tangent<CHUNK>;
@@ -43,6 +43,7 @@ struct Sensitivities {
     normals: [Vec<[Lanes; 2]>; 2],
     arcs: [Vec<Lanes>; 2],
     gaps: Vec<Lanes>,
+    ahead: Vec<Lanes>,
     trips: [Lanes; 2],
     total: Lanes,
     focus: [Lanes; 2],
@@ -59,6 +60,7 @@ impl Sensitivities {
             normals: wall(),
             arcs: [vec![zero; grid.stations.fractions.len()], vec![zero; grid.stations.fractions.len()]],
             gaps: vec![zero; grid.stations.behind.len()],
+            ahead: vec![zero; grid.stations.ahead + 1],
             trips: [zero; 2],
             total: zero,
             focus: [zero; 2],
@@ -231,7 +233,7 @@ fn back_through_column(
     let thickness = grid
         .carrier(station, side)
         .map_or(0.0, |sheet| displacement_thickness(unknowns.layer(grid, station, sheet), &law));
-    let mut by = [[0.0; OUTPUTS]; 10];
+    let mut by = [[0.0; OUTPUTS]; COLUMN_INPUTS];
     for (height, node) in nodes.iter().enumerate() {
         let line = grid.line(side, height);
         let movement = movement(grid, station, line);
@@ -256,6 +258,7 @@ fn back_through_column(
         }
     }
     let (k, number) = (side.index(), station.clamp(nose, edge) - nose);
+    add(&mut sums.ahead[nose.saturating_sub(station)], 1.0, &by[10]);
     for c in 0..2 {
         add(&mut sums.points[k][number][c], 1.0, &by[c]);
         add(&mut sums.normals[k][number][c], 1.0, &by[2 + c]);
@@ -317,6 +320,9 @@ fn through_wall(problem: &Problem, unknowns: &Unknowns, sums: &Sensitivities) ->
         }
         for (gap, lanes) in gaps(&problem.grid, &wall).iter().zip(&sums.gaps) {
             chain(gap, lanes);
+        }
+        for (distance, lanes) in wall.ahead.iter().zip(&sums.ahead) {
+            chain(distance, lanes);
         }
         chain(&wall.total, &sums.total);
         for (k, by) in by.iter().enumerate().take(2 * count - start) {

@@ -62,6 +62,8 @@ pub(super) struct WallStations<S> {
     pub focus: [S; 2],
     /// The stagnation point in the plane of the parabola.
     pub origin: [S; 2],
+    /// Distances ahead of the nose in the plane of the parabola, from the nose on.
+    pub ahead: Vec<S>,
     /// Arc length of the surface.
     pub total: S,
 }
@@ -82,6 +84,7 @@ impl<S: Scalar> WallStations<S> {
             arcs: [vec![], vec![]],
             focus,
             origin: root(minus(stagnation_point, focus)),
+            ahead: vec![],
             total: curve.total(),
         };
         for side in Side::BOTH {
@@ -103,6 +106,9 @@ impl<S: Scalar> WallStations<S> {
                 wall.arcs[k].push(arc);
             }
         }
+        // the first step of the upper side
+        let first = root(minus(wall.points[0][1], focus))[0] - wall.origin[0];
+        wall.ahead = stations.ahead(first);
         wall
     }
 
@@ -127,7 +133,8 @@ impl<S: Scalar> WallStations<S> {
         let number = station.clamp(nose, edge) - nose;
         let wall = self.points[k][number];
         let base = if station > edge { self.edge() } else { wall };
-        ColumnInputs { wall, normal: self.normals[k][number], base, focus: self.focus, origin: self.origin }
+        let ahead = self.ahead[nose.saturating_sub(station)];
+        ColumnInputs { wall, normal: self.normals[k][number], base, focus: self.focus, origin: self.origin, ahead }
     }
 }
 
@@ -142,18 +149,23 @@ pub(super) struct ColumnInputs<S> {
     pub base: [S; 2],
     pub focus: [S; 2],
     pub origin: [S; 2],
+    /// Distance ahead of the nose in the plane of the parabola; zero from the nose on.
+    pub ahead: S,
 }
+
+/// Number of numbers that a column depends on.
+pub(super) const COLUMN_INPUTS: usize = 11;
 
 impl<S: Scalar> ColumnInputs<S> {
     /// The numbers in the order of the fields.
-    pub fn numbers(&self) -> [S; 10] {
+    pub fn numbers(&self) -> [S; COLUMN_INPUTS] {
         let all = [self.wall, self.normal, self.base, self.focus, self.origin];
-        std::array::from_fn(|k| all[k / 2][k % 2])
+        std::array::from_fn(|k| if k < 10 { all[k / 2][k % 2] } else { self.ahead })
     }
 
-    pub fn from_numbers(x: [S; 10]) -> Self {
+    pub fn from_numbers(x: [S; COLUMN_INPUTS]) -> Self {
         let pair = |k: usize| [x[2 * k], x[2 * k + 1]];
-        Self { wall: pair(0), normal: pair(1), base: pair(2), focus: pair(3), origin: pair(4) }
+        Self { wall: pair(0), normal: pair(1), base: pair(2), focus: pair(3), origin: pair(4), ahead: x[10] }
     }
 }
 
@@ -187,7 +199,7 @@ pub(super) fn column<S: Scalar>(
     let sign = side.sign();
     let behind = if station > edge { stations.behind[station - edge] } else { 0.0 };
     let (tau, start, mut base) = if station < nose {
-        let eta = S::from(stations.ahead[nose - station]);
+        let eta = inputs.ahead;
         (-eta, [zero, eta], inputs.base)
     } else if station == nose {
         (zero, [zero, zero], inputs.base)

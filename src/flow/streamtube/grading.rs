@@ -1,4 +1,10 @@
-//! Where stations and lines stand: numbers that are chosen once and kept while a shape is changed.
+//! Where stations and lines stand.
+//!
+//! All of these numbers but the distances ahead of the nose are constants of a grid. Those distances begin with the
+//! first step on the wall, so that cells on both sides of the nose match.
+
+use crate::differentiate::{Tangent, lift_root};
+use crate::scalar::Scalar;
 
 /// Number of stations and lines of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,8 +31,8 @@ const FIRST_TUBE: f64 = 0.003;
 pub(super) struct Stations {
     /// Fractions of the length of a side at which the wall stations stand, from the nose (0) to the edge (1).
     pub fractions: Vec<f64>,
-    /// Distances ahead of the nose in the plane of the parabola, from the nose (0) on.
-    pub ahead: Vec<f64>,
+    /// Number of cells ahead of the nose.
+    pub ahead: usize,
     /// Distances behind the trailing edge in chords, from the edge (0) on.
     pub behind: Vec<f64>,
     /// Stream function of the lines, from the dividing line (0) on.
@@ -36,20 +42,23 @@ pub(super) struct Stations {
 }
 
 impl Stations {
-    /// Stations for a size, with the first wall step in the plane of the parabola, the length of the last step ahead of
-    /// the trailing edge over that of the side, the length of a side in chords, and the fractions of the length of each
-    /// side at which it turns turbulent.
-    pub fn new(size: Size, first_step: impl Fn(f64) -> f64, length: f64, turning: [f64; 2]) -> Self {
+    /// Stations for a size and the fractions of the length of each side at which it turns turbulent.
+    pub fn new(size: Size, turning: [f64; 2]) -> Self {
         let fractions = graded(size.wall, |x| 1.0 / (0.02 + x) + 0.3 / (1.03 - x) + 6.0);
-        let ahead = geometric(first_step(fractions[1]), (2.0 * LENGTH).sqrt(), size.ahead);
-        let last = (fractions[size.wall] - fractions[size.wall - 1]) * length;
+        let last = fractions[size.wall] - fractions[size.wall - 1];
         let nearest = |at: f64| {
             let away = |k: usize| (fractions[k] - at).abs();
             (3..size.wall - 1).fold(3, |best, k| if away(k) < away(best) { k } else { best })
         };
         let turning = turning.map(nearest);
         let behind = geometric(last, LENGTH, size.behind);
-        Self { fractions, ahead, behind, heights: geometric(FIRST_TUBE, HEIGHT, size.tubes), turning }
+        Self { fractions, ahead: size.ahead, behind, heights: geometric(FIRST_TUBE, HEIGHT, size.tubes), turning }
+    }
+
+    /// Distances ahead of the nose in the plane of the parabola, from the nose (0) on, for the first step on the wall in
+    /// that plane.
+    pub fn ahead<S: Scalar>(&self, first: S) -> Vec<S> {
+        geometric(first, (2.0 * LENGTH).sqrt(), self.ahead)
     }
 
     /// Number of stations.
@@ -59,7 +68,7 @@ impl Stations {
 
     /// The station at the nose.
     pub fn nose(&self) -> usize {
-        self.ahead.len() - 1
+        self.ahead
     }
 
     /// The station at the trailing edge.
@@ -69,16 +78,20 @@ impl Stations {
 }
 
 /// Places 0 … `length` whose steps grow by a constant factor from `first` on.
-fn geometric(first: f64, length: f64, count: usize) -> Vec<f64> {
-    let sum = |ratio: f64| (0..count).fold((0.0, first), |(sum, step), _| (sum + step, step * ratio)).0;
-    let (mut low, mut high) = (0.2, 6.0);
-    for _ in 0..200 {
-        let middle = 0.5 * (low + high);
-        if sum(middle) > length { high = middle } else { low = middle }
+fn geometric<S: Scalar>(first: S, length: f64, count: usize) -> Vec<S> {
+    fn sum<S: Scalar>(ratio: S, first: S, count: usize) -> S {
+        (0..count).fold((S::from(0.0), first), |(sum, step), _| (sum + step, step * ratio)).0
     }
-    let ratio = 0.5 * (low + high);
-    let mut places = vec![0.0];
-    let (mut place, mut step) = (0.0, first);
+    let (mut low, mut high) = (0.2, 6.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if sum(middle, first.re(), count) > length { high = middle } else { low = middle }
+    }
+    let root = 0.5 * (low + high);
+    let slope = || sum(Tangent::<1>::from_re(root).derivative(0), Tangent::from_re(first.re()), count).eps[0];
+    let ratio = lift_root(root, slope, |r: S| sum(r, first, count) - length).unwrap_or(S::from(f64::NAN));
+    let mut places = vec![S::from(0.0)];
+    let (mut place, mut step) = (S::from(0.0), first);
     for _ in 0..count {
         place += step;
         step *= ratio;
@@ -116,10 +129,11 @@ mod tests {
     #[test]
     fn places_rise_and_end_where_they_should() {
         let size = Size { wall: 40, ahead: 10, behind: 12, tubes: 8 };
-        let stations = Stations::new(size, |f| 2.0 * f, 1.02, [0.1, 0.2]);
+        let stations = Stations::new(size, [0.1, 0.2]);
+        let ahead = stations.ahead(0.01);
         for (places, end) in [
             (&stations.fractions, 1.0),
-            (&stations.ahead, 3.5f64.sqrt()),
+            (&ahead, 3.5f64.sqrt()),
             (&stations.behind, LENGTH),
             (&stations.heights, HEIGHT),
         ] {
@@ -127,6 +141,11 @@ mod tests {
             assert!((places[places.len() - 1] - end).abs() < 1e-9);
         }
         assert_eq!((stations.nose(), stations.edge(), stations.count()), (10, 50, 63));
+        let lifted = stations.ahead(Tangent::<1>::from_re(0.01).derivative(0));
+        let [far, near] = [0.01 + 1e-6, 0.01 - 1e-6].map(|first| stations.ahead(first));
+        for k in 0..=10 {
+            assert!(((far[k] - near[k]) / 2e-6 - lifted[k].eps[0]).abs() < 1e-6 * lifted[5].eps[0], "{k}");
+        }
         let at = |side: usize| stations.fractions[stations.turning[side]];
         assert!((at(0) - 0.1).abs() < 0.02 && (at(1) - 0.2).abs() < 0.03);
     }

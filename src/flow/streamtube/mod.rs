@@ -17,9 +17,13 @@ mod moves;
 mod newton;
 mod numbering;
 mod outputs;
+mod record;
 mod section_curve;
+mod settings;
 mod solver;
 mod start;
+mod status;
 mod system;
 
-pub use solver::probe;
+pub use settings::StreamtubeSettings;
+pub use solver::StreamtubeSolver;

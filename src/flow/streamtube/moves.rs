@@ -7,7 +7,6 @@ use super::numbering::{Grid, LAYER, SPEED, STAGNATION, TRANSITION, Unknowns};
 use super::section_curve::SectionCurve;
 use crate::differentiate::Tangent;
 use crate::flow::layer::{EdgeLaw, Side};
-use crate::scalar::Scalar;
 
 /// Derivatives with respect to the arc length of the stagnation point and to that of transition on one side.
 pub(super) type ByPlaces = Tangent<3>;
@@ -106,9 +105,4 @@ impl Moves {
         }
         Self { nodes, wall: background.wall }
     }
-}
-
-/// The real part of every number.
-pub(super) fn real<S: Scalar>(x: &S) -> f64 {
-    x.re()
 }

@@ -8,7 +8,6 @@ use super::numbering::{ALPHA, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unkno
 use super::system::{Linearised, Problem};
 use crate::differentiate::Tangent;
 use crate::flow::layer::Regime;
-use crate::scalar::Scalar;
 
 type Direction = Tangent<1>;
 
@@ -252,10 +251,4 @@ fn inside(
         factor.0 *= CUT.0;
     }
     None
-}
-
-/// The real part of every number.
-#[allow(dead_code)]
-fn real<S: Scalar>(x: S) -> f64 {
-    x.re()
 }

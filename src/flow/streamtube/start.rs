@@ -14,9 +14,9 @@ use super::numbering::{
     ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns,
 };
 use super::outputs::WallPressure;
+use super::settings::StreamtubeSettings;
 use super::system::{Numbers, Problem};
 use crate::flow::layer::{EdgeLaw, FreeStream, Regime, Side, State, transition_state};
-use crate::flow::solution::Attempt;
 
 /// Mach number of the slow flow.
 const SLOW: f64 = 0.4;
@@ -43,7 +43,7 @@ pub(super) struct Guess {
 }
 
 /// Solves `problem` from nothing; the unknowns hold the last state.
-pub(super) fn climb(problem: &Problem, guess: &Guess, attempts: &mut Vec<Attempt>) -> (Unknowns, Ended) {
+pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
     let limits = |steps: usize, tolerance: f64| Limits {
         steps,
         tolerance,
@@ -55,9 +55,9 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, attempts: &mut Vec<Attempt
     let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
     let slow = Parameters { mach: SLOW.min(target.mach), ..strong };
     let mut total = 0;
-    let mut book = |what: &str, ended: &Ended| {
+    let mut counted = |ended: Ended| {
         total += ended.steps;
-        attempts.push(Attempt::of(what, ended.steps, ended.residual));
+        Ended { steps: total, ..ended }
     };
 
     let mut inviscid = Problem { parameters: slow, fixed_transition: Some(guess.transition), ..problem.clone() };
@@ -65,30 +65,26 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, attempts: &mut Vec<Attempt
     inviscid.held = Held::Angle;
     inviscid.parameters.incidence = guess.alpha;
     let mut unknowns = first_guess(&inviscid, guess);
-    let ended = solve(&inviscid, None, &mut unknowns, &limits(3, 1e-4));
-    book("start without boundary layer", &ended);
+    counted(solve(&inviscid, None, &mut unknowns, &limits(3, 1e-4)));
 
     let stage = Problem { parameters: slow, ..problem.clone() };
     if problem.grid.viscous {
         unknowns = with_layers(&inviscid, &unknowns, &stage);
         speeds_from_areas(&stage, &mut unknowns);
     }
-    let ended = solve(&stage, None, &mut unknowns, &limits(30, PASSED));
-    book("slow flow", &ended);
-    if !ended.converged && !ended.residual.is_finite() {
+    let ended = counted(solve(&stage, None, &mut unknowns, &limits(30, PASSED)));
+    if !ended.residual.is_finite() {
         return (unknowns, ended);
     }
     let stage = Problem { parameters: strong, ..problem.clone() };
     let from = (target.mach > slow.mach).then_some(From { parameters: slow, nodes: None });
-    let ended = solve(&stage, from, &mut unknowns, &limits(40, PASSED));
-    book("rise of the Mach number", &ended);
+    let ended = counted(solve(&stage, from, &mut unknowns, &limits(40, PASSED)));
     if !ended.converged {
         return (unknowns, ended);
     }
-    let last = Limits { stride: 0.34, hold: 0.1, ..limits(60, 1e-9) };
-    let ended = solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last);
-    book("fall of the dissipation", &ended);
-    (unknowns, Ended { steps: total, ..ended })
+    let last = Limits { stride: 0.34, hold: 0.1, ..limits(settings.iterations, settings.tolerance) };
+    let ended = counted(solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last));
+    (unknowns, ended)
 }
 
 /// The first guess: the background grid, and speeds from the areas of its tubes.
@@ -115,20 +111,6 @@ fn speeds_from_areas(problem: &Problem, unknowns: &mut Unknowns) {
             unknowns.set(grid.speed(station, tube), flow.subsonic_speed(grid.mass(tube) / area, CAP));
         }
     }
-}
-
-/// Pressure coefficients on both sides of the wall from the nose on.
-pub(super) fn wall_pressures(problem: &Problem, unknowns: &Unknowns) -> Option<[Vec<f64>; 2]> {
-    let (grid, flow) = (&problem.grid, problem.flow());
-    let geometry = problem.geometry(unknowns)?;
-    let numbers = Numbers { geometry: &geometry, unknowns };
-    let (nose, edge) = (grid.stations.nose(), grid.stations.edge());
-    Some(Side::BOTH.map(|side| {
-        let tube = grid.inner_tube(side);
-        let kernel = WallPressure { cell: super::equations::cell(grid, tube), side };
-        let at = |i: usize| super::equations::cell_inputs(grid, i, tube).map(|input| numbers.read(input));
-        (nose..=edge).map(|i| kernel.evaluate::<f64, f64>(at(i), &flow)[0]).collect()
-    }))
 }
 
 /// Speeds on the dividing line: both sides of the wall from the nose on, and the wake from the edge on.
