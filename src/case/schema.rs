@@ -166,6 +166,7 @@ pub(crate) struct FlowTable {
     pub ncrit: Option<f64>,
     pub trip: Option<Trip>,
     pub panels: Option<usize>,
+    pub solver: Option<String>,
 }
 
 /// `[flow]`, or several `[[flow]]`.

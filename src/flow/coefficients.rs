@@ -142,12 +142,20 @@ impl Derivatives {
     }
 }
 
+impl Derivatives {
+    /// These derivatives at fixed angle of attack as derivatives at fixed lift coefficient, given those of the lift.
+    pub(super) fn at_fixed_lift(self, lift: &Self) -> Self {
+        let slope = -self.alpha / lift.alpha;
+        Self { alpha: 0.0, ..self.plus(slope, lift) }
+    }
+}
+
 impl Gradients {
     /// Turns derivatives at fixed angle of attack into derivatives at fixed lift coefficient, where the angle follows.
     ///
     /// The derivatives of `cl` vanish. The entries `alpha` are zero, because the angle is no longer an input.
     pub fn at_fixed_lift(&self) -> Self {
-        self.as_ref().map(|own| Derivatives { alpha: 0.0, ..own.clone().plus(-own.alpha / self.cl.alpha, &self.cl) })
+        self.as_ref().map(|own| own.clone().at_fixed_lift(&self.cl))
     }
 
     /// Derivatives of the angle of attack (radians) at fixed lift coefficient. The entry `alpha` is zero.

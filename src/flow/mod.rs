@@ -34,6 +34,7 @@
 // sums over several parallel arrays read better with their common index
 #![allow(clippy::needless_range_loop)]
 
+mod choice;
 mod coefficients;
 mod condition;
 mod duals;
@@ -56,6 +57,7 @@ pub(crate) mod testcases;
 mod tests;
 
 pub use crate::section::TrailingEdge;
+pub use choice::SolverChoice;
 pub(crate) use coefficients::COEFFICIENTS;
 pub use coefficients::{Coefficients, Derivatives, Gradients};
 pub use condition::{Condition, Incidence, Settings};

@@ -144,6 +144,8 @@ impl Attempt {
 pub struct Solution {
     /// Whether the numbers below are to be trusted.
     pub status: Status,
+    /// Name of the solver that found the flow.
+    pub solver: &'static str,
     /// Operating point that was asked for.
     pub condition: Condition,
     /// Angle of attack against the x axis of the nodes in radians. The solver has found it where the lift coefficient was
@@ -176,6 +178,12 @@ pub(super) trait Record: Any + Debug + Send + Sync {
     /// Exact derivatives of the coefficients at fixed angle of attack; `None` where the equations are singular.
     fn gradients(&self) -> Option<Gradients>;
 
+    /// Exact derivatives of the wave drag coefficient at fixed angle of attack; `None` where the solver knows no shocks,
+    /// or where the equations are singular.
+    fn wave_drag_gradient(&self) -> Option<Derivatives> {
+        None
+    }
+
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
 
@@ -195,6 +203,8 @@ pub struct HeldGradients {
     /// Derivatives of the angle of attack (radians). Where the lift coefficient is held the angle follows; where the
     /// angle is held all are zero but the derivative with respect to the angle itself.
     pub alpha: Derivatives,
+    /// Derivatives of the wave drag coefficient; zero where the solver knows no shocks.
+    pub cd_wave: Derivatives,
 }
 
 /// Flow at one station of the boundary layer or the wake. Lengths are in chords, x and y in the frame of the chord line
@@ -271,15 +281,18 @@ impl Solution {
     /// The result is `None` where the solution is not converged.
     pub fn held_gradients(&self) -> Option<HeldGradients> {
         let at_alpha = self.gradients()?;
+        let still = |alpha: f64| {
+            let nodes = vec![[0.0; 2]; at_alpha.cl.nodes.len()];
+            Derivatives { nodes, alpha, mach: 0.0, reynolds: 0.0 }
+        };
+        let wave = self.record.wave_drag_gradient().unwrap_or_else(|| still(0.0));
         Some(match self.condition.incidence {
-            Incidence::Alpha(_) => {
-                let still = vec![[0.0; 2]; at_alpha.cl.nodes.len()];
-                let alpha = Derivatives { nodes: still, alpha: 1.0, mach: 0.0, reynolds: 0.0 };
-                HeldGradients { coefficients: at_alpha, alpha }
-            }
-            Incidence::Lift(_) => {
-                HeldGradients { coefficients: at_alpha.at_fixed_lift(), alpha: at_alpha.alpha_at_fixed_lift() }
-            }
+            Incidence::Alpha(_) => HeldGradients { alpha: still(1.0), coefficients: at_alpha, cd_wave: wave },
+            Incidence::Lift(_) => HeldGradients {
+                coefficients: at_alpha.at_fixed_lift(),
+                alpha: at_alpha.alpha_at_fixed_lift(),
+                cd_wave: wave.at_fixed_lift(&at_alpha.cl),
+            },
         })
     }
 

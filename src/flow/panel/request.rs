@@ -109,6 +109,7 @@ impl Request<'_> {
         let cd_friction = record.friction_drag();
         Solution {
             status,
+            solver: "panel",
             condition: self.condition,
             alpha: record.nodes.frame.alpha(record.flow.alpha),
             coefficients,

@@ -227,6 +227,10 @@ impl Record for StreamtubeRecord {
         })
     }
 
+    fn wave_drag_gradient(&self) -> Option<Derivatives> {
+        Some(self.derivatives()?[WAVE_DRAG].clone())
+    }
+
     fn distributions(&self) -> Distributions {
         let nodes = self.problem.nodes.clone();
         let Some(geometry) = &self.geometry else {

@@ -126,6 +126,7 @@ impl StreamtubeSection {
         let cd_friction = record.friction_drag();
         Solution {
             status: status::of(&record, &ended),
+            solver: self.solver.name(),
             condition: *condition,
             alpha: self.panels.nodes.frame.alpha(record.alpha()),
             coefficients,

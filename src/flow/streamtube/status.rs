@@ -12,11 +12,19 @@ const LEADING_EDGE: f64 = 0.1;
 /// Length of reversed flow over the length of a side from which on it is the likely cause of a failure.
 const SEPARATION: f64 = 0.1;
 
+/// Residual up to which the last state of a flow that was not found says something of the flow.
+const TELLING: f64 = 1.0;
+
 /// The status of a flow whose iteration ended so.
 pub(super) fn of(record: &StreamtubeRecord, ended: &Ended) -> Status {
     let extent = record.reversed_extent();
     if ended.converged {
         return if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged };
+    }
+    let residual = ended.residual;
+    // written so that NaN tells nothing
+    if !(residual < TELLING) {
+        return Status::NotConverged { residual, reversed: 0.0 };
     }
     let (mach, place) = record.highest_mach();
     let outside = |name: &'static str, reason: String| Status::OutsideModel {
@@ -25,7 +33,6 @@ pub(super) fn of(record: &StreamtubeRecord, ended: &Ended) -> Status {
         reason: reason.into(),
         converged: false,
     };
-    let residual = ended.residual;
     let last = format!("residual {residual:.1e}");
     // written so that NaN is no cause
     if mach > STRONG_SHOCK && place < LEADING_EDGE {

@@ -32,6 +32,10 @@ pub struct AnalysisReport {
     pub cd_pressure: Option<f64>,
     /// Drag coefficient of the friction.
     pub cd_friction: Option<f64>,
+    /// Drag coefficient of shocks; zero by a solver that knows none.
+    pub cd_wave: Option<f64>,
+    /// Name of the flow solver; `None` where no solver took the point.
+    pub solver: Option<String>,
     /// A sentence for everything that was mended in the file of the section.
     pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
@@ -90,6 +94,8 @@ impl AnalysisReport {
             coefficients: solution.coefficients.map(number),
             cd_pressure: number(solution.cd_pressure),
             cd_friction: number(solution.cd_friction),
+            cd_wave: number(solution.cd_wave),
+            solver: Some(solution.solver.into()),
             repairs: repairs.to_vec(),
             seconds,
             gradients: None,
@@ -119,6 +125,8 @@ impl AnalysisReport {
             coefficients,
             cd_pressure: none,
             cd_friction: none,
+            cd_wave: none,
+            solver: None,
             repairs: repairs.to_vec(),
             seconds: 0.0,
             gradients: None,
