@@ -28,8 +28,8 @@ pub(super) struct NodeMoves {
     pub index: [usize; 4],
     /// Derivatives of the two coordinates.
     pub by: [[f64; 2]; 4],
-    /// Derivatives with respect to the global unknowns of [`PLACES`].
-    pub by_places: [[f64; 2]; 3],
+    /// Derivatives of each coordinate with respect to the global unknowns of [`PLACES`].
+    pub by_places: [[f64; 3]; 2],
 }
 
 /// Derivatives of all places with respect to the unknowns.
@@ -67,7 +67,7 @@ impl Moves {
             for line in 0..grid.lines() {
                 let movement = movement(grid, station, line);
                 let (side, _) = grid.side_of(line);
-                let mut moves = NodeMoves { count: 0, index: [0; 4], by: [[0.0; 2]; 4], by_places: [[0.0; 2]; 3] };
+                let mut moves = NodeMoves { count: 0, index: [0; 4], by: [[0.0; 2]; 4], by_places: [[0.0; 3]; 2] };
                 let mut displacement = ByMoves::from_re(0.0);
                 // directions of the unknowns of the station, in the order in which they are met
                 let mut directions = [0; 4];
@@ -99,7 +99,7 @@ impl Moves {
                 for k in 0..moves.count {
                     moves.by[k] = [x.eps[directions[k]], y.eps[directions[k]]];
                 }
-                moves.by_places = std::array::from_fn(|k| [x.eps[4 + k], y.eps[4 + k]]);
+                moves.by_places = [x, y].map(|c| [c.eps[4], c.eps[5], c.eps[6]]);
                 nodes.push(moves);
             }
         }

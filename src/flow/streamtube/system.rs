@@ -137,33 +137,53 @@ impl Linearisation<'_> {
         }
     }
 
-    fn by_places(&mut self, row: Row, by: [f64; 3], value: f64) {
-        for (global, by) in PLACES.into_iter().zip(by) {
-            if by != 0.0 {
-                self.by_global(row, global, value * by);
+    /// Adds the derivatives of a result in a row with respect to its inputs.
+    #[inline(always)]
+    fn scatter<const N: usize>(&mut self, row: Row, inputs: &[Input; N], by: &[f64; N], factor: f64) {
+        let moves = self.moves;
+        // derivatives with respect to the places, which many inputs share
+        let mut places = [0.0; PLACES.len()];
+        let mut add = |by: &[f64; 3], value: f64| {
+            for (sum, by) in places.iter_mut().zip(by) {
+                *sum += value * by;
             }
-        }
-    }
-
-    #[inline]
-    fn by_input(&mut self, row: Row, input: Input, value: f64) {
-        match input {
-            Input::Node { station, line, axis } => {
-                let moves = self.moves.nodes[self.numbers.geometry.index(station, line)];
-                for k in 0..moves.count {
-                    self.by_unknown(row, Place { station, index: moves.index[k] }, value * moves.by[k][axis]);
+        };
+        let mut k = 0;
+        while k < N {
+            let value = by[k] * factor;
+            match inputs[k] {
+                Input::Node { station, line, axis } => {
+                    let node = &moves.nodes[self.numbers.geometry.index(station, line)];
+                    let other = Input::Node { station, line, axis: 1 };
+                    // both coordinates together, where they come together
+                    let both = axis == 0 && k + 1 < N && inputs[k + 1] == other;
+                    let by = match (both, axis) {
+                        (true, _) => [value, by[k + 1] * factor],
+                        (false, 0) => [value, 0.0],
+                        _ => [0.0, value],
+                    };
+                    k += usize::from(both);
+                    for q in 0..node.count {
+                        let place = Place { station, index: node.index[q] };
+                        self.by_unknown(row, place, by[0] * node.by[q][0] + by[1] * node.by[q][1]);
+                    }
+                    add(&node.by_places[0], by[0]);
+                    add(&node.by_places[1], by[1]);
                 }
-                self.by_places(row, moves.by_places.map(|by| by[axis]), value);
+                // pressures do not depend on the speeds farther upstream, for which the band has no room
+                Input::Unknown(_) if value == 0.0 => {}
+                Input::Unknown(place) => self.by_unknown(row, place, value),
+                Input::Global(g) => self.by_global(row, g, value),
+                Input::Wall { side, point, axis } => {
+                    add(&moves.wall.points[side.index()][point][axis].eps, value);
+                }
+                Input::Arc { side, point } => add(&moves.wall.arcs[side.index()][point].eps, value),
+                Input::Gap(_) | Input::Trip(_) | Input::Total => {}
             }
-            Input::Unknown(place) => self.by_unknown(row, place, value),
-            Input::Global(g) => self.by_global(row, g, value),
-            Input::Wall { side, point, axis } => {
-                self.by_places(row, self.moves.wall.points[side.index()][point][axis].eps, value);
-            }
-            Input::Arc { side, point } => {
-                self.by_places(row, self.moves.wall.arcs[side.index()][point].eps, value);
-            }
-            Input::Gap(_) | Input::Trip(_) | Input::Total => {}
+            k += 1;
+        }
+        for (global, value) in PLACES.into_iter().zip(places) {
+            self.by_global(row, global, value);
         }
     }
 }
@@ -184,11 +204,7 @@ impl Pass for Linearisation<'_> {
         for (result, target) in results.iter().zip(targets) {
             let Some((row, factor)) = target else { continue };
             self.residuals.add(row, result.re * factor);
-            for (k, input) in inputs.into_iter().enumerate() {
-                if result.eps[k] != 0.0 {
-                    self.by_input(row, input, result.eps[k] * factor);
-                }
-            }
+            self.scatter(row, &inputs, &result.eps, factor);
         }
     }
 }
