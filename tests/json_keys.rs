@@ -17,7 +17,7 @@ fn of(arguments: &[&str]) -> Value {
     json(&output)
 }
 
-const POINT: [&str; 19] = [
+const POINT: [&str; 21] = [
     "converged",
     "beyond_model",
     "status",
@@ -35,6 +35,8 @@ const POINT: [&str; 19] = [
     "transition_lower",
     "cd_pressure",
     "cd_friction",
+    "cd_wave",
+    "solver",
     "repairs",
     "seconds",
 ];
@@ -63,6 +65,7 @@ fn run() {
             "initial",
             "initial_variables",
             "active_bounds",
+            "flow_solver",
             "repairs",
             "min_fold_indicator",
             "folded",

@@ -91,6 +91,41 @@ impl Band {
         self.blocks[station].border.column_mut(GLOBALS).copy_from_slice(values);
     }
 
+    /// An equation of a station times a change of all unknowns, before factorisation.
+    #[cfg(test)]
+    pub fn times(&self, row: Place, change: &Unknowns) -> f64 {
+        let (i, r) = (row.station, row.index);
+        let block = &self.blocks[i];
+        let product = |matrix: &DMatrix<f64>, row: usize, values: &[f64]| -> f64 {
+            matrix.row(row).iter().zip(values).map(|(a, b)| a * b).sum()
+        };
+        let mut sum = product(&block.own, r, &change.stations[i]) + product(&block.border, r, &change.globals);
+        if i + 1 < self.blocks.len() {
+            sum += product(&block.next, r, &change.stations[i + 1]);
+        }
+        if i > 0 {
+            sum += product(&block.first, r, &change.stations[i - 1]);
+        }
+        if let Some(tube) = r.checked_sub(self.speeds[i]) {
+            if i > 1 {
+                sum += product(&block.second, tube, &change.stations[i - 2]);
+            }
+            if i > 2 {
+                sum += block.third[tube] * change.stations[i - 3][self.speeds[i - 3] + tube];
+            }
+        }
+        sum
+    }
+
+    /// A global equation or further row times a change of all unknowns.
+    #[cfg(test)]
+    pub fn times_global(&self, row: usize, change: &Unknowns) -> f64 {
+        let stations = self.below.iter().zip(&change.stations);
+        let of_stations: f64 =
+            stations.map(|(b, c)| b.column(row).iter().zip(c).map(|(a, b)| a * b).sum::<f64>()).sum();
+        of_stations + self.corner.row(row).iter().zip(&change.globals).map(|(a, b)| a * b).sum::<f64>()
+    }
+
     /// Factorises the system. Returns `false` where a diagonal block is singular or not finite.
     pub fn factorise(&mut self) -> bool {
         self.factors.clear();

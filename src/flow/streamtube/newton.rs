@@ -168,9 +168,6 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
                 way.gone = 1.0;
             }
         }
-        if std::env::var_os("TUBE").is_some() {
-            eprintln!("  {steps:3} |R| {residual:.2e} factor {:.4} gone {:.3} {:?}", factor.0, way.gone, unknowns.globals.map(|v| (v * 1e5).round() / 1e5));
-        }
         let still = way.gone == 1.0 && factor.0 == 1.0 && !advance;
         if still && change.largest() < ROUND_OFF && residual < 1e-6 {
             return Ended { converged: true, steps: steps + 1, residual };

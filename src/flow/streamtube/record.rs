@@ -63,6 +63,12 @@ impl StreamtubeRecord {
         Self { problem, unknowns, nodes, outputs, peaks, geometry, flow, derivatives: OnceLock::new() }
     }
 
+    /// Lowest pressures of both sides.
+    #[cfg(test)]
+    pub fn peaks(&self) -> &[Peak; 2] {
+        &self.peaks
+    }
+
     pub fn alpha(&self) -> f64 {
         self.unknowns.globals[ALPHA]
     }
