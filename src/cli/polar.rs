@@ -290,8 +290,7 @@ fn solve_point(
 ) -> Result<(Solution, f64), Failure> {
     let begin = Instant::now();
     let condition = arguments.point.condition(Some(alpha), None)?;
-    let solution =
-        section.analyze(&condition, warm).map_err(|e: FlowError| Failure::Input(e.to_string()))?;
+    let solution = section.analyze(&condition, warm).map_err(|e: FlowError| Failure::Input(e.to_string()))?;
     Ok((solution, begin.elapsed().as_secs_f64()))
 }
 

@@ -172,10 +172,7 @@ mod tests {
         assert_eq!(settled(&[0.3, 0.6]), SolverChoice::Panel);
         assert_eq!(settled(&[0.3, 0.75]), SolverChoice::Streamtube);
         assert_eq!(settled(&[0.7]), SolverChoice::Streamtube);
-        assert_eq!(
-            SolverChoice::Panel.settle(&nodes, TrailingEdge::Sharp, &[at(0.75)]).unwrap(),
-            SolverChoice::Panel
-        );
+        assert_eq!(SolverChoice::Panel.settle(&nodes, TrailingEdge::Sharp, &[at(0.75)]).unwrap(), SolverChoice::Panel);
     }
 
     #[test]

@@ -8,13 +8,13 @@
 
 use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
 use super::band::Multipliers;
+use super::equations::Held;
 use super::gas::{Flow, Parameters};
 use super::geometry::{displacement_thickness, gaps, movement};
 use super::kernel::{Input, Kernel, Pass, Row, Target};
 use super::numbering::{ALPHA, GLOBALS, Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::{OUTPUTS, Peak, outputs};
 use super::system::{Numbers, Problem};
-use super::equations::Held;
 use crate::differentiate::Tangent;
 use crate::flow::coefficients::Derivatives;
 use crate::flow::layer::Side;
@@ -157,20 +157,16 @@ pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 
         mach: stream[0][o],
         reynolds: stream[1][o],
     });
-    let finite = |d: &Derivatives| {
-        d.alpha.is_finite() && d.mach.is_finite() && d.nodes.iter().flatten().all(|v| v.is_finite())
-    };
+    let finite =
+        |d: &Derivatives| d.alpha.is_finite() && d.mach.is_finite() && d.nodes.iter().flatten().all(|v| v.is_finite());
     derivatives.iter().all(finite).then_some(derivatives)
 }
 
 /// Derivatives with respect to Mach and Reynolds number.
 fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights: &Weights) -> Option<[Lanes; 2]> {
     let parameters = problem.parameters.map(ByStream::from_re);
-    let parameters: Parameters<ByStream> = Parameters {
-        mach: parameters.mach.derivative(0),
-        reynolds: parameters.reynolds.derivative(1),
-        ..parameters
-    };
+    let parameters: Parameters<ByStream> =
+        Parameters { mach: parameters.mach.derivative(0), reynolds: parameters.reynolds.derivative(1), ..parameters };
     let nodes: Vec<_> = problem.nodes.iter().map(|p| p.map(ByStream::from_re)).collect();
     let residuals = problem.residuals_in(&nodes, &parameters, unknowns, |pass| {
         problem.equations().pass(pass);
@@ -288,8 +284,7 @@ fn through_wall(problem: &Problem, unknowns: &Unknowns, sums: &Sensitivities) ->
         let nodes: Vec<_> = (0..count).map(|i| [seed(i, 0), seed(i, 1)]).collect();
         let shape = problem.shape(&nodes)?;
         let place = |g: usize| ByNodes::from_re(unknowns.globals[g]);
-        let wall =
-            WallStations::new(&problem.grid.stations, &shape.curve, place(STAGNATION), TRANSITION.map(place));
+        let wall = WallStations::new(&problem.grid.stations, &shape.curve, place(STAGNATION), TRANSITION.map(place));
         let mut by = [[0.0; OUTPUTS]; CHUNK];
         let mut chain = |number: &ByNodes, lanes: &Lanes| {
             for (by, slope) in by.iter_mut().zip(number.eps) {

@@ -94,15 +94,18 @@ impl<S: Scalar> WallStations<S> {
             let shift = (transition[k] / length - turning) / shift_weight(turning);
             for &fraction in &stations.fractions {
                 let arc = (shift * shift_weight(fraction) + fraction) * length;
-                let index = if fraction < 1.0 {
-                    curve.index(side.place(stagnation, arc))
-                } else {
-                    S::from(curve.edge_index(side))
+                let at_edge = fraction == 1.0;
+                let index =
+                    if at_edge { S::from(curve.edge_index(side)) } else { curve.index(side.place(stagnation, arc)) };
+                let point = curve.point(index);
+                // the curve may start flat over the index at the edge, so that it has no direction there
+                let [dx, dy] = match wall.points[k].last() {
+                    Some(&before) if at_edge => minus(before, point).map(|c| c * side.sign()),
+                    _ => curve.tangent(index),
                 };
-                let [dx, dy] = curve.tangent(index);
-                let speed = (dx * dx + dy * dy).sqrt();
-                wall.points[k].push(curve.point(index));
-                wall.normals[k].push([dy / speed, -dx / speed]);
+                let length = (dx * dx + dy * dy).sqrt();
+                wall.points[k].push(point);
+                wall.normals[k].push([dy / length, -dx / length]);
                 wall.arcs[k].push(arc);
             }
         }

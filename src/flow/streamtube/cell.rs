@@ -131,8 +131,7 @@ impl Cell {
     fn along<S: Over<P>, P: Scalar>(&self, q: [S; 4], [p1, p2]: [S; 2], area: S, flow: &Flow<P>) -> S {
         let mach2 = [q[1], q[2], q[3]].map(|q| flow.mach2(q));
         let (mu1, mu2) = (dissipation(mach2[1], mach2[0], flow), dissipation(mach2[2], mach2[1], flow));
-        let upwinded =
-            |q: S, before: S, last: S, mu: S| q - mu * (q - before) + mu * (before - last) * flow.order;
+        let upwinded = |q: S, before: S, last: S, mu: S| q - mu * (q - before) + mu * (before - last) * flow.order;
         let (u1, u2) = (upwinded(q[2], q[1], q[0], mu1), upwinded(q[3], q[2], q[1], mu2));
         let momentum = p2 - p1 + (u2 - u1) / area * self.mass;
         let losses = flow.log_total_pressure(p2, u2) - flow.log_total_pressure(p1, u1);

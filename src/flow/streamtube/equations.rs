@@ -61,8 +61,7 @@ pub(super) fn cell_inputs(grid: &Grid, station: usize, tube: usize) -> [Input; s
 /// The nodes of both lines of a tube at a station and the next, and the speed in between.
 fn face_inputs(grid: &Grid, station: usize, tube: usize) -> [Input; 9] {
     let low = grid.lower_line(tube);
-    let [a, b, c, d] =
-        [node(station, low), node(station + 1, low), node(station, low + 1), node(station + 1, low + 1)];
+    let [a, b, c, d] = [node(station, low), node(station + 1, low), node(station, low + 1), node(station + 1, low + 1)];
     [a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1], Input::Unknown(grid.speed(station, tube))]
 }
 
@@ -106,8 +105,7 @@ impl Equations<'_> {
         if !self.grid.viscous || station <= stations.nose() {
             return None;
         }
-        let (sheet, factor) =
-            if station <= stations.edge() { (Sheet::Wall(side), -1.0) } else { (Sheet::Wake, -0.5) };
+        let (sheet, factor) = if station <= stations.edge() { (Sheet::Wall(side), -1.0) } else { (Sheet::Wake, -0.5) };
         to(self.grid.layer(station, sheet, SPEED), factor)
     }
 

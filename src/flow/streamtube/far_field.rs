@@ -89,8 +89,7 @@ mod tests {
     #[test]
     fn the_singularities_satisfy_the_linearised_equations() {
         let mach: f64 = 0.6;
-        let parameters =
-            Parameters { mach, reynolds: 1e6, incidence: 0.0, strength: 1.0, threshold: 0.98, order: 1.0 };
+        let parameters = Parameters { mach, reynolds: 1e6, incidence: 0.0, strength: 1.0, threshold: 0.98, order: 1.0 };
         let flow = Flow::new(&parameters);
         type T = Tangent<2>;
         for k in 0..4 {

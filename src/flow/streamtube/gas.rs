@@ -165,8 +165,7 @@ mod tests {
     use super::*;
 
     pub(crate) fn flow(mach: f64) -> Flow<f64> {
-        let parameters =
-            Parameters { mach, reynolds: 1e6, incidence: 0.0, strength: 1.0, threshold: 0.98, order: 1.0 };
+        let parameters = Parameters { mach, reynolds: 1e6, incidence: 0.0, strength: 1.0, threshold: 0.98, order: 1.0 };
         Flow::new(&parameters)
     }
 
@@ -186,11 +185,13 @@ mod tests {
         let flow = flow(0.7);
         let ratio: f64 = flow.isentropic_pressure(0.0) / flow.static_pressure;
         assert!((ratio - (1.0 + 0.2 * 0.49f64).powf(3.5)).abs() < 1e-13);
-        assert!((flow.subsonic_speed(9.0, 0.9) - {
-            let (cap, total): (f64, f64) = (0.9, flow.total_enthalpy);
-            (2.0 * total * 0.2 * cap * cap / (1.0 + 0.2 * cap * cap)).sqrt()
-        })
-        .abs()
-            < 1e-14);
+        assert!(
+            (flow.subsonic_speed(9.0, 0.9) - {
+                let (cap, total): (f64, f64) = (0.9, flow.total_enthalpy);
+                (2.0 * total * 0.2 * cap * cap / (1.0 + 0.2 * cap * cap)).sqrt()
+            })
+            .abs()
+                < 1e-14
+        );
     }
 }

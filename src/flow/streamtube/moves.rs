@@ -1,8 +1,8 @@
 //! Derivatives of the nodes, wall points and arc lengths with respect to the unknowns.
 
-use super::geometry::{Background, displacement_thickness, gaps, moved, movement};
 use super::background::{BackgroundNode, WallStations};
 use super::gas::Flow;
+use super::geometry::{Background, displacement_thickness, gaps, moved, movement};
 use super::numbering::{Grid, LAYER, SPEED, STAGNATION, TRANSITION, Unknowns};
 use super::section_curve::SectionCurve;
 use crate::differentiate::Tangent;
@@ -47,7 +47,11 @@ fn widen<const N: usize, const W: usize>(x: Tangent<N>, offset: usize) -> Tangen
 }
 
 /// The background grid with derivatives with respect to the places.
-pub(super) fn lifted_background(grid: &Grid, curve: &SectionCurve<ByPlaces>, unknowns: &Unknowns) -> Background<ByPlaces> {
+pub(super) fn lifted_background(
+    grid: &Grid,
+    curve: &SectionCurve<ByPlaces>,
+    unknowns: &Unknowns,
+) -> Background<ByPlaces> {
     let unit = |k: usize| ByPlaces::from_re(unknowns.globals[PLACES[k]]).derivative(k);
     Background::new(grid, curve, unit(0), [unit(1), unit(2)])
 }

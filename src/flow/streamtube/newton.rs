@@ -84,7 +84,8 @@ impl Way<'_> {
         let Some(from) = &self.from else { return problem };
         let numbers = from.parameters.numbers();
         let target = self.to.parameters.numbers();
-        problem.parameters = Parameters::from_numbers(std::array::from_fn(|k| between(numbers[k], target[k], self.gone)));
+        problem.parameters =
+            Parameters::from_numbers(std::array::from_fn(|k| between(numbers[k], target[k], self.gone)));
         if let Some(nodes) = from.nodes {
             for (node, old) in problem.nodes.iter_mut().zip(nodes) {
                 *node = [0, 1].map(|c| between(old[c], node[c], self.gone));
@@ -170,7 +171,8 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
         }
         let still = way.gone == 1.0 && factor.0 == 1.0 && !advance;
         if still && change.largest() < ROUND_OFF && residual < 1e-6 {
-            return Ended { converged: true, steps: steps + 1, residual };
+            let end = problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest());
+            return Ended { converged: end <= residual, steps: steps + 1, residual: end };
         }
     }
     Ended { converged: false, steps: limits.steps, residual }
@@ -182,8 +184,11 @@ fn add_direction(way: &Way, problem: &Problem, unknowns: &Unknowns, at: &mut Lin
     let rest = 1.0 - way.gone;
     let along = |value: f64, direction: &Direction| value + rest * direction.eps[0];
     for station in 0..at.residuals.stations.len() {
-        let right: Vec<f64> =
-            at.residuals.stations[station].iter().zip(&direction.stations[station]).map(|(&v, d)| along(v, d)).collect();
+        let right: Vec<f64> = at.residuals.stations[station]
+            .iter()
+            .zip(&direction.stations[station])
+            .map(|(&v, d)| along(v, d))
+            .collect();
         at.band.set_residual(station, &right);
     }
     for (value, d) in at.residuals.globals.iter_mut().zip(&direction.globals) {

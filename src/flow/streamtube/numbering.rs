@@ -231,6 +231,14 @@ impl Unknowns {
     /// The largest magnitude; NaN where there is one.
     pub fn largest(&self) -> f64 {
         let all = self.stations.iter().flatten().chain(&self.globals);
-        all.fold(0.0, |worst: f64, v| if v.is_nan() { f64::NAN } else if worst.is_nan() { worst } else { worst.max(v.abs()) })
+        all.fold(0.0, |worst: f64, v| {
+            if v.is_nan() {
+                f64::NAN
+            } else if worst.is_nan() {
+                worst
+            } else {
+                worst.max(v.abs())
+            }
+        })
     }
 }

@@ -1,12 +1,12 @@
 //! The outputs of a flow as terms: forces, moment, drag, and what else is read off a solution.
 
 use super::cell::unpack;
+use super::cell::{Cell, Exit, Face};
 use super::equations::{cell, cell_inputs};
 use super::gas::Flow;
 use super::kernel::{Identity, Input, Kernel, Pass, Row, Target};
 use super::layer_kernels::Friction;
 use super::numbering::{ALPHA, Grid, LAYER, Sheet};
-use super::cell::{Cell, Exit, Face};
 use crate::flow::layer::{Derived, Regime, Side, State};
 use crate::scalar::{Over, Scalar};
 

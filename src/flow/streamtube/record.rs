@@ -241,7 +241,14 @@ impl Record for StreamtubeRecord {
         let nodes = self.problem.nodes.clone();
         let Some(geometry) = &self.geometry else {
             let none = Vec::new;
-            return Distributions { nodes, cp: none(), cp_inviscid: none(), upper: vec![], lower: vec![], wake: vec![] };
+            return Distributions {
+                nodes,
+                cp: none(),
+                cp_inviscid: none(),
+                upper: vec![],
+                lower: vec![],
+                wake: vec![],
+            };
         };
         let mut wall = self.wall(geometry);
         // air at rest at the stagnation point

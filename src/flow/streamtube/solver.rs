@@ -32,6 +32,8 @@ const USUAL_TRANSITION: f64 = 0.35;
 const GUESS_MACH: f64 = 0.4;
 /// Largest distance, as fraction of the side, between transition and the station at which it was expected.
 const SHIFT: f64 = 0.35;
+/// Cells a side and tubes of the grid that is tried last.
+const COARSE: [usize; 2] = [60, 14];
 /// Difference between the fraction of a side and the place x of a point behind a usual nose.
 const NOSE: f64 = 0.02;
 /// Number of times that the stations are laid anew because transition has moved.
@@ -125,7 +127,7 @@ impl StreamtubeSection {
         let coefficients = record.coefficients();
         let cd_friction = record.friction_drag();
         Solution {
-            status: status::of(&record, &ended),
+            status: status::of(&record, &ended, &self.solver.settings),
             solver: self.solver.name(),
             condition: *condition,
             alpha: self.panels.nodes.frame.alpha(record.alpha()),
@@ -190,13 +192,8 @@ impl StreamtubeSection {
         }
         let mut unknowns = record.unknowns.clone();
         let settings = &self.solver.settings;
-        let limits = Limits {
-            steps: settings.iterations,
-            tolerance: settings.tolerance,
-            stride: 1.0,
-            hold: 0.5,
-            relaxed: true,
-        };
+        let limits =
+            Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
         let from = From { parameters: old.parameters, nodes: Some(&old.nodes) };
         let ended = solve(&problem, Some(from), &mut unknowns, &limits);
         if ended.converged && self.misplaced(&problem, &unknowns).is_none() {
@@ -241,13 +238,27 @@ impl StreamtubeSection {
         }
         attempts.push(Attempt::of("from the panel flow", last.ended.steps, last.ended.residual));
         let second = self.from_guess(condition, false, attempts);
-        // the state of the first attempt is as good where both fail
         if second.ended.converged {
-            last = second;
-        } else {
-            attempts.push(Attempt::of("from the nose", second.ended.steps, second.ended.residual));
+            return second;
+        }
+        attempts.push(Attempt::of("from the nose", second.ended.steps, second.ended.residual));
+        // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
+        if let Some(coarse) = self.on_a_coarser_grid()
+            && let found = coarse.from_guess(condition, true, attempts)
+            && found.ended.converged
+        {
+            last = found;
         }
         last
+    }
+
+    /// This section for a coarser grid; `None` where the grid is coarse already.
+    fn on_a_coarser_grid(&self) -> Option<Self> {
+        let settings = self.solver.settings;
+        let [cells, tubes] = COARSE;
+        let finer = settings.cells > cells && settings.tubes > tubes;
+        let solver = StreamtubeSolver { settings: StreamtubeSettings { cells, tubes, ..settings } };
+        finer.then(|| Self { panels: self.panels.clone(), curve: self.curve.clone(), solver })
     }
 
     /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are

@@ -6,13 +6,11 @@
 
 use super::equations::Held;
 use super::gas::Parameters;
-use super::geometry::displacement_thickness;
 use super::geometry::CARRY;
+use super::geometry::displacement_thickness;
 use super::kernel::Kernel;
 use super::newton::{Ended, From, Limits, solve};
-use super::numbering::{
-    ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns,
-};
+use super::numbering::{ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::outputs::WallPressure;
 use super::settings::StreamtubeSettings;
 use super::system::{Numbers, Problem};
@@ -44,13 +42,8 @@ pub(super) struct Guess {
 
 /// Solves `problem` from nothing; the unknowns hold the last state.
 pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
-    let limits = |steps: usize, tolerance: f64| Limits {
-        steps,
-        tolerance,
-        stride: 1.0,
-        hold: 0.5,
-        relaxed: guess.relaxed,
-    };
+    let limits =
+        |steps: usize, tolerance: f64| Limits { steps, tolerance, stride: 1.0, hold: 0.5, relaxed: guess.relaxed };
     let target = problem.parameters;
     let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
     let slow = Parameters { mach: SLOW.min(target.mach), ..strong };
@@ -198,11 +191,8 @@ fn layer_guess(grid: &Grid, side: Side, x: &[f64], speeds: &[f64], law: FreeStre
         let square = 0.45 * integral / (u[k].powi(6) * reynolds(k));
         let slope = if k == 1 { u[1] / x[1] } else { (u[k + 1] - u[k - 1]) / (x[k + 1] - x[k - 1]) };
         let lambda = (square * slope * reynolds(k)).clamp(-0.085, 0.12);
-        hk = if lambda > 0.0 {
-            2.61 - 3.75 * lambda + 5.24 * lambda * lambda
-        } else {
-            2.088 + 0.0731 / (lambda + 0.14)
-        };
+        hk =
+            if lambda > 0.0 { 2.61 - 3.75 * lambda + 5.24 * lambda * lambda } else { 2.088 + 0.0731 / (lambda + 0.14) };
         hk = hk.min(3.2);
         theta = square.sqrt();
         states.push(State { log_theta: theta.ln(), log_shape: (hk - 1.0).ln(), third: 0.0, log_speed: u[k].ln() });
@@ -216,8 +206,7 @@ fn layer_guess(grid: &Grid, side: Side, x: &[f64], speeds: &[f64], law: FreeStre
         let theta = (moment / (u[k].powi(4) * law.edge(u[k]).reynolds.powf(0.2))).powf(1.0 / 1.2);
         let fade = (-(x[k] - x[turning]) / (60.0 * theta0)).exp();
         let shape = 1.5 + (hk0 - 1.5) * fade;
-        let state =
-            State { log_theta: theta.ln(), log_shape: (shape - 1.0).ln(), third: 0.0, log_speed: u[k].ln() };
+        let state = State { log_theta: theta.ln(), log_shape: (shape - 1.0).ln(), third: 0.0, log_speed: u[k].ln() };
         let level = stress(state).max(-3.5);
         states.push(State { third: level + (behind - level) * fade, ..state });
     }
@@ -255,8 +244,8 @@ fn wake_guess(grid: &Grid, unknowns: &mut Unknowns, speeds: &[f64]) {
 /// Moves the wake, and the lines with it, by half the difference of both displacement thicknesses at the edge.
 fn shift_wake(grid: &Grid, unknowns: &mut Unknowns, law: FreeStream<f64>) {
     let edge = grid.stations.edge();
-    let [upper, lower] = Side::BOTH
-        .map(|side| displacement_thickness(unknowns.layer(grid, edge, Sheet::Wall(side)), &law));
+    let [upper, lower] =
+        Side::BOTH.map(|side| displacement_thickness(unknowns.layer(grid, edge, Sheet::Wall(side)), &law));
     for station in edge + 1..grid.count() {
         let shift = 0.5 * (upper - lower) * (-grid.stations.behind[station - edge] / CARRY).exp();
         for line in 0..grid.lines() {

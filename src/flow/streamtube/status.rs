@@ -2,6 +2,7 @@
 
 use super::newton::Ended;
 use super::record::StreamtubeRecord;
+use super::settings::StreamtubeSettings;
 use crate::flow::panel::REVERSED_EXTENT;
 use crate::flow::solution::Status;
 
@@ -15,10 +16,17 @@ const SEPARATION: f64 = 0.1;
 /// Residual up to which the last state of a flow that was not found says something of the flow.
 const TELLING: f64 = 1.0;
 
-/// The status of a flow whose iteration ended so.
-pub(super) fn of(record: &StreamtubeRecord, ended: &Ended) -> Status {
+/// The status of a flow whose iteration ended so, on a grid of the settings or a coarser one.
+pub(super) fn of(record: &StreamtubeRecord, ended: &Ended, settings: &StreamtubeSettings) -> Status {
     let extent = record.reversed_extent();
     if ended.converged {
+        let grid = &record.problem.grid;
+        let found = [grid.stations.fractions.len() - 1, grid.half()];
+        if found != [settings.cells, settings.tubes] {
+            let ([a, b], [c, d]) = (found, [settings.cells, settings.tubes]);
+            let reason = format!("solved with {a} cells a side and {b} tubes, not with the {c} and {d} asked for");
+            return Status::Unresolved { reason: reason.into() };
+        }
         return if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged };
     }
     let residual = ended.residual;
@@ -41,7 +49,8 @@ pub(super) fn of(record: &StreamtubeRecord, ended: &Ended) -> Status {
     }
     if mach > STRONG_SHOCK && extent > SEPARATION {
         let percent = 100.0 * extent;
-        let why = format!("(shock at local Mach number {mach:.2}, reversed flow over {percent:.0} % of a side; {last})");
+        let why =
+            format!("(shock at local Mach number {mach:.2}, reversed flow over {percent:.0} % of a side; {last})");
         return outside("buffet", format!("{why}: a steady flow was not found"));
     }
     Status::NotConverged { residual, reversed: extent }

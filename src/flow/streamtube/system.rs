@@ -112,7 +112,6 @@ impl<S: Scalar> Pass for Evaluation<'_, S> {
 pub(super) struct Linearisation<'a> {
     pub numbers: Numbers<'a, f64>,
     pub moves: &'a Moves,
-    pub grid: &'a Grid,
     pub flow: &'a Flow<f64>,
     pub residuals: Residuals<f64>,
     pub band: &'a mut Band,
@@ -218,10 +217,6 @@ pub(super) struct Linearised {
     pub areas: Vec<f64>,
 }
 
-/// Why a system has no value at its unknowns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Invalid;
-
 impl Problem {
     pub fn equations(&self) -> Equations<'_> {
         Equations {
@@ -248,16 +243,10 @@ impl Problem {
     }
 
     /// The geometry in any kind of number, for constant unknowns.
-    pub fn geometry_in<S: Scalar>(
-        &self,
-        nodes: &[[S; 2]],
-        unknowns: &Unknowns,
-        flow: &Flow<S>,
-    ) -> Option<Geometry<S>> {
+    pub fn geometry_in<S: Scalar>(&self, nodes: &[[S; 2]], unknowns: &Unknowns, flow: &Flow<S>) -> Option<Geometry<S>> {
         let shape = self.shape(nodes)?;
         let place = |g: usize| S::from(unknowns.globals[g]);
-        let background =
-            Background::new(&self.grid, &shape.curve, place(STAGNATION), TRANSITION.map(place));
+        let background = Background::new(&self.grid, &shape.curve, place(STAGNATION), TRANSITION.map(place));
         Some(Geometry::new(&self.grid, &shape, background, unknowns, &flow.stream))
     }
 
@@ -278,6 +267,11 @@ impl Problem {
         };
         terms(&mut pass);
         Some(pass.residuals)
+    }
+
+    /// Residuals at unknowns.
+    pub fn residuals(&self, unknowns: &Unknowns) -> Option<Residuals<f64>> {
+        self.residuals_in(&self.nodes, &self.parameters, unknowns, |pass| self.equations().pass(pass))
     }
 
     /// Areas of all tubes, interval by interval.
@@ -310,7 +304,6 @@ impl Problem {
         let mut pass = Linearisation {
             numbers: Numbers { geometry: &geometry, unknowns },
             moves: &moves,
-            grid: &self.grid,
             flow: &flow,
             residuals: Residuals::zeros(&self.grid),
             band: &mut band,

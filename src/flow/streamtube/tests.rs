@@ -67,14 +67,7 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
     let curve = SectionCurve::new(&panels.nodes.inside).unwrap();
     let nose = curve.arc_length(curve.nose());
     let transition = Side::BOTH.map(|side| 0.1 * side.length(nose, curve.total()));
-    let parameters = Parameters {
-        mach,
-        reynolds: 1e6,
-        incidence: alpha,
-        strength: 1.0,
-        threshold: 0.98,
-        order: 1.0,
-    };
+    let parameters = Parameters { mach, reynolds: 1e6, incidence: alpha, strength: 1.0, threshold: 0.98, order: 1.0 };
     let problem = Problem {
         grid: Grid { stations: Stations::new(StreamtubeSettings::default().size(), [0.1; 2]), viscous: false },
         nodes: panels.nodes.inside.clone(),
@@ -85,7 +78,8 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
         parameters,
     };
     let guess = Guess { stagnation: nose, circulation: 0.0, alpha, transition, relaxed: true };
-    let (unknowns, ended) = climb(&problem, &guess, &StreamtubeSettings::default());
+    let settings = StreamtubeSettings { tolerance: 1e-11, ..StreamtubeSettings::default() };
+    let (unknowns, ended) = climb(&problem, &guess, &settings);
     assert!(ended.converged, "{ended:?}");
     StreamtubeRecord::new(problem, unknowns, panels.nodes.clone()).outputs
 }
@@ -93,10 +87,11 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
 #[test]
 fn subsonic_flow_without_layer_has_no_drag() {
     let nodes = naca_symmetric(0.12, 0.0, 161);
-    let at_rest = inviscid(&nodes, 0.72, 0.0);
-    assert!(at_rest[WAVE_DRAG].abs() < 1e-10, "{at_rest:?}");
-    // MSES: -0.6677
-    assert!((at_rest[super::outputs::LOWEST_PRESSURE] + 0.6675).abs() < 0.002, "{at_rest:?}");
+    // the highest Mach number is 0.987, where dissipation begins
+    let fast = inviscid(&nodes, 0.72, 0.0);
+    assert!(fast[WAVE_DRAG].abs() < 1e-7, "{fast:?}");
+    // MSES: -0.6677, CFL3D: -0.6687
+    assert!((fast[super::outputs::LOWEST_PRESSURE] + 0.668).abs() < 0.003, "{fast:?}");
     let lifting = inviscid(&nodes, 0.5, 1.25f64.to_radians());
     assert!(lifting[WAVE_DRAG].abs() < 1e-10, "{lifting:?}");
     // MSES: 0.17856 and -0.0018
@@ -232,7 +227,8 @@ fn the_jacobian_is_that_of_the_residuals() {
         let equations = problem.equations();
         problem.residuals_in(&problem.nodes, &problem.parameters, &unknowns, |pass| equations.pass(pass)).unwrap()
     };
-    let h = 1e-5;
+    // the far cells beside the nose are narrow, so that smaller steps drown in round-off
+    let h = 1e-4;
     let [plus, minus, twice, back] = [h, -h, 2.0 * h, -2.0 * h].map(residuals);
     let difference = |f: &dyn Fn(&super::system::Residuals<f64>) -> f64| {
         (8.0 * (f(&plus) - f(&minus)) - (f(&twice) - f(&back))) / (12.0 * h)
@@ -287,6 +283,16 @@ fn the_adjoint_agrees_with_the_forward_route() {
     }
 }
 
+/// Derivatives by central differences over two steps, extrapolated.
+fn extrapolated(step: f64, at: impl Fn(f64) -> [f64; 4]) -> [f64; 4] {
+    let central = |h: f64| -> [f64; 4] {
+        let (plus, minus) = (at(h), at(-h));
+        std::array::from_fn(|k| (plus[k] - minus[k]) / (2.0 * h))
+    };
+    let (near, far) = (central(step), central(2.0 * step));
+    std::array::from_fn(|k| (4.0 * near[k] - far[k]) / 3.0)
+}
+
 #[test]
 fn derivatives_agree_with_differences_of_solutions() {
     let (nodes, solution) = shock();
@@ -315,15 +321,15 @@ fn derivatives_agree_with_differences_of_solutions() {
             change(&mut problem, h);
             numbers(&problem)
         };
-        let [plus, minus] = [at(h), at(-h)];
+        let differences = extrapolated(h, at);
         for (o, by) in all.iter().enumerate() {
             let exact = match name {
                 "alpha" => by.alpha,
                 "mach" => by.mach,
                 _ => by.reynolds,
             };
-            let found = (plus[o] - minus[o]) / (2.0 * h);
-            assert!((found / exact - 1.0).abs() < 2e-6, "{name} {o}: {found} {exact}");
+            let found = differences[o];
+            assert!((found / exact - 1.0).abs() < 1e-6, "{name} {o}: {found} {exact}");
         }
     }
     // the nodes as they were given, through the frame of the chord line
@@ -337,12 +343,11 @@ fn derivatives_agree_with_differences_of_solutions() {
         let c = found.coefficients;
         [c.cl, c.cd, c.cm, found.cd_wave]
     };
-    let h = 4e-6;
-    let [plus, minus] = [at(h), at(-h)];
+    let differences = extrapolated(4e-6, at);
     for (o, by) in all.iter().enumerate() {
         let exact: f64 = by.nodes.iter().enumerate().map(|(i, g)| g[0] * smooth(i)[0] + g[1] * smooth(i)[1]).sum();
-        let found = (plus[o] - minus[o]) / (2.0 * h);
-        assert!((found / exact - 1.0).abs() < 2e-6, "nodes {o}: {found} {exact}");
+        let found = differences[o];
+        assert!((found / exact - 1.0).abs() < 1e-6, "nodes {o}: {found} {exact}");
     }
 }
 
