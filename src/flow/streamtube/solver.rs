@@ -120,8 +120,8 @@ impl StreamtubeSection {
             let record: &dyn Any = &*solution.record;
             record.downcast_ref::<StreamtubeRecord>().filter(|_| solution.is_solved())
         });
-        let near = record.and_then(|record| self.from_near(condition, record, &mut attempts));
-        let found = near.unwrap_or_else(|| self.from_nothing(condition, &mut attempts));
+        let near = record.and_then(|record| self.continued(condition, record, &mut attempts));
+        let found = near.unwrap_or_else(|| self.climbed(condition, &mut attempts));
         let Found { problem, unknowns, ended } = found;
         let record = StreamtubeRecord::new(problem, unknowns, self.panels.nodes.clone());
         let coefficients = record.coefficients();
@@ -168,7 +168,7 @@ impl StreamtubeSection {
     }
 
     /// Starts from the solution of a neighbouring flow; `None` where that does not lead to one.
-    fn from_near(
+    fn continued(
         &self,
         condition: &Condition,
         record: &StreamtubeRecord,
@@ -231,20 +231,20 @@ impl StreamtubeSection {
     }
 
     /// Starts from nothing, and from another guess where the first one fails.
-    fn from_nothing(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
-        let mut last = self.from_guess(condition, true, attempts);
+    fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
+        let mut last = self.guessed(condition, true, attempts);
         if last.ended.converged || !self.solver.settings.retry {
             return last;
         }
         attempts.push(Attempt::of("from the panel flow", last.ended.steps, last.ended.residual));
-        let second = self.from_guess(condition, false, attempts);
+        let second = self.guessed(condition, false, attempts);
         if second.ended.converged {
             return second;
         }
         attempts.push(Attempt::of("from the nose", second.ended.steps, second.ended.residual));
         // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
         if let Some(coarse) = self.on_a_coarser_grid()
-            && let found = coarse.from_guess(condition, true, attempts)
+            && let found = coarse.guessed(condition, true, attempts)
             && found.ended.converged
         {
             last = found;
@@ -263,7 +263,7 @@ impl StreamtubeSection {
 
     /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are
     /// laid anew where transition ends far from its station.
-    fn from_guess(&self, condition: &Condition, panel: bool, attempts: &mut Vec<Attempt>) -> Found {
+    fn guessed(&self, condition: &Condition, panel: bool, attempts: &mut Vec<Attempt>) -> Found {
         let mut turning = self.first_turning(condition);
         let mut guess = self.guess(condition, panel);
         let mut found;

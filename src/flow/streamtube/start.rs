@@ -1,8 +1,8 @@
 //! The start of a flow from nothing: a ladder from slow flow without layers to the flow that is sought.
 //!
 //! The stagnation point and the circulation come from a panel solution. The flow is started slow and without boundary
-//! layer, the layers are put in by closed formulas, then the Mach number is raised with strong dissipation, and at the end
-//! the dissipation is taken back.
+//! layer, the layers are put in by closed formulas, then the Mach number is raised with strong dissipation, the dissipation
+//! is taken back, and at last free transition is let go.
 
 use super::equations::Held;
 use super::gas::Parameters;
@@ -44,6 +44,11 @@ pub(super) struct Guess {
 pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
     let limits =
         |steps: usize, tolerance: f64| Limits { steps, tolerance, stride: 1.0, hold: 0.5, relaxed: guess.relaxed };
+    let released = problem;
+    let free = problem.trips.iter().any(|trip| trip.is_none_or(|x| x >= 1.0));
+    // free transition is kept where it is expected until the flow stands
+    let fixed_transition = if free { Some(guess.transition) } else { problem.fixed_transition };
+    let problem = &Problem { fixed_transition, ..problem.clone() };
     let target = problem.parameters;
     let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
     let slow = Parameters { mach: SLOW.min(target.mach), ..strong };
@@ -77,6 +82,10 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     }
     let last = Limits { stride: 0.34, hold: 0.1, ..limits(settings.iterations, settings.tolerance) };
     let ended = counted(solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last));
+    if problem.fixed_transition == released.fixed_transition || !ended.converged {
+        return (unknowns, ended);
+    }
+    let ended = counted(solve(released, None, &mut unknowns, &limits(settings.iterations, settings.tolerance)));
     (unknowns, ended)
 }
 
