@@ -284,7 +284,7 @@ impl StreamtubeSection {
             found = Found { problem, unknowns, ended };
             laid += 1;
             match self.misplaced(&found.problem, &found.unknowns) {
-                Some(better) if laid < LAYINGS => {
+                Some(better) if laid < LAYINGS && found.ended.converged => {
                     attempts.push(Attempt::of("stations of transition", found.ended.steps, found.ended.residual));
                     // a layer that turned turbulent elsewhere than where it was to be tripped is expected there
                     turning = better.map(|f| if f.is_finite() { f.clamp(0.005, 0.97) } else { USUAL_TRANSITION });

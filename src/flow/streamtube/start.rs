@@ -8,10 +8,10 @@ use super::equations::Held;
 use super::gas::Parameters;
 use super::geometry::CARRY;
 use super::geometry::displacement_thickness;
-use super::kernel::Kernel;
+use super::kernel::{Kernel, Row};
 use super::newton::{Ended, From, Limits, solve};
 use super::numbering::{ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
-use super::outputs::WallPressure;
+use super::outputs::{LIFT, WallPressure, wall_loads};
 use super::settings::StreamtubeSettings;
 use super::system::{Numbers, Problem};
 use crate::flow::layer::{EdgeLaw, FreeStream, Regime, Side, State, transition_state};
@@ -24,6 +24,8 @@ const STRONG: (f64, f64) = (2.0, 0.90);
 const CAP: f64 = 0.9;
 /// Residual at which a stage that is only passed through ends.
 const PASSED: f64 = 1e-2;
+/// Residual at which the last stage but one ends.
+const NEARLY: f64 = 1e-4;
 
 /// The first guess of the outer flow.
 #[derive(Debug, Clone, Copy)]
@@ -46,10 +48,14 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         |steps: usize, tolerance: f64| Limits { steps, tolerance, stride: 1.0, hold: 0.5, relaxed: guess.relaxed };
     let released = problem;
     let free = problem.trips.iter().any(|trip| trip.is_none_or(|x| x >= 1.0));
-    // free transition is kept where it is expected until the flow stands
+    let lifted = problem.held == Held::Lift;
+    // free transition is kept where it is expected until the flow stands, and the lift is not held before
     let fixed_transition = if free { Some(guess.transition) } else { problem.fixed_transition };
-    let problem = &Problem { fixed_transition, ..problem.clone() };
-    let target = problem.parameters;
+    let mut target = problem.parameters;
+    if lifted {
+        target.incidence = guess.alpha;
+    }
+    let problem = &Problem { fixed_transition, held: Held::Angle, parameters: target, ..problem.clone() };
     let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
     let slow = Parameters { mach: SLOW.min(target.mach), ..strong };
     let mut total = 0;
@@ -60,8 +66,6 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
 
     let mut inviscid = Problem { parameters: slow, fixed_transition: Some(guess.transition), ..problem.clone() };
     inviscid.grid.viscous = false;
-    inviscid.held = Held::Angle;
-    inviscid.parameters.incidence = guess.alpha;
     let mut unknowns = first_guess(&inviscid, guess);
     counted(solve(&inviscid, None, &mut unknowns, &limits(3, 1e-4)));
 
@@ -80,13 +84,30 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if !ended.converged {
         return (unknowns, ended);
     }
-    let last = Limits { stride: 0.34, hold: 0.1, ..limits(settings.iterations, settings.tolerance) };
-    let ended = counted(solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last));
-    if problem.fixed_transition == released.fixed_transition || !ended.converged {
-        return (unknowns, ended);
+    let end = limits(settings.iterations, settings.tolerance);
+    let tolerance = if free || lifted { NEARLY } else { settings.tolerance };
+    let last = Limits { stride: 0.34, hold: 0.1, tolerance, ..end };
+    let mut ended = counted(solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last));
+    if lifted && ended.converged {
+        let reached = lift(problem, &unknowns);
+        let from = From { parameters: Parameters { incidence: reached, ..released.parameters }, nodes: None };
+        let to = Problem { fixed_transition, ..released.clone() };
+        let limits = if free { Limits { tolerance: NEARLY, ..end } } else { end };
+        ended = counted(solve(&to, Some(from), &mut unknowns, &limits));
     }
-    let ended = counted(solve(released, None, &mut unknowns, &limits(settings.iterations, settings.tolerance)));
+    if free && ended.converged {
+        ended = counted(solve(released, None, &mut unknowns, &end));
+    }
     (unknowns, ended)
+}
+
+/// Lift coefficient of a flow.
+fn lift(problem: &Problem, unknowns: &Unknowns) -> f64 {
+    let target = |load: usize| (load == LIFT).then_some((Row::Output(LIFT), 1.0));
+    let found = problem.residuals_in(&problem.nodes, &problem.parameters, unknowns, |pass| {
+        wall_loads(&problem.grid, pass, target);
+    });
+    found.map_or(f64::NAN, |residuals| residuals.outputs[LIFT])
 }
 
 /// The first guess: the background grid, and speeds from the areas of its tubes.
