@@ -48,7 +48,7 @@ const AREA_CHANGES: [f64; 2] = [0.6, 1.6];
 const LARGEST_MACH2: f64 = 6.0;
 /// Factor by which a step is cut back while areas change too much, and the number of times.
 const CUT: (f64, usize) = (0.6, 14);
-/// Largest change of any unknown after which a flow is converged to round-off.
+/// Largest change of any unknown, and largest residual after it, of a flow that is converged to round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The end of an iteration.
@@ -172,7 +172,7 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
         let still = way.gone == 1.0 && factor.0 == 1.0 && !advance;
         if still && change.largest() < ROUND_OFF && residual < 1e-6 {
             let end = problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest());
-            return Ended { converged: end <= residual, steps: steps + 1, residual: end };
+            return Ended { converged: end <= ROUND_OFF, steps: steps + 1, residual: end };
         }
     }
     Ended { converged: false, steps: limits.steps, residual }
