@@ -49,7 +49,7 @@ fn direction<S: Scalar>(z: [S; 2], w: [S; 2], slope: S) -> [S; 2] {
     v.map(|c| c / length)
 }
 
-/// What the grid takes from the section.
+/// Everything that the grid takes from the section.
 #[derive(Debug, Clone)]
 pub(super) struct WallStations<S> {
     /// Points of the wall stations of both sides, from the stagnation point on.
@@ -130,7 +130,7 @@ impl<S: Scalar> WallStations<S> {
         if square.re() == 0.0 { S::from(0.0) } else { square.sqrt() }
     }
 
-    /// What a column of the grid depends on.
+    /// The numbers that a column of the grid depends on.
     pub fn column_inputs(&self, stations: &Stations, station: usize, side: Side) -> ColumnInputs<S> {
         let (nose, edge, k) = (stations.nose(), stations.edge(), side.index());
         let number = station.clamp(nose, edge) - nose;
@@ -141,7 +141,7 @@ impl<S: Scalar> WallStations<S> {
     }
 }
 
-/// What the nodes of one side at a station depend on.
+/// The numbers that the nodes of one side at a station depend on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ColumnInputs<S> {
     /// The wall point of the station: the nose ahead of it, the edge of the side behind it.

@@ -1,6 +1,6 @@
 //! All equations of a flow as terms: which kernel reads which inputs and adds to which equation.
 
-use super::cell::{Cell, Exit, Inlet};
+use super::cell::{Exit, Inlet};
 use super::far_field::{Mismatch, OuterPressure, Slope};
 use super::kernel::{Identity, Input, Less, LessHeldAngle, MinusHeldLift, Pass, Row, Target};
 use super::layer_kernels::{FirstStation, LayerInterval, TransitionPoint, WakeDisplacement, WakeStart};
@@ -8,9 +8,10 @@ use super::numbering::{
     ALPHA, CIRCULATION, DOUBLETS, GLOBALS, Grid, LAYER, Place, SOURCE, SPEED, STAGNATION, Sheet, TRANSITION,
 };
 use super::outputs::{LIFT, wall_loads};
+use super::tubes::{cell, cell_inputs, face_inputs, node};
 use crate::flow::layer::{Regime, Side};
 
-/// What is held while the flow is solved.
+/// The quantity that is held while the flow is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Held {
     Angle,
@@ -40,34 +41,6 @@ const FAR: [Input; 5] = [
 
 fn to(place: Place, factor: f64) -> Target {
     Some((Row::Station(place), factor))
-}
-
-/// Both coordinates of a node.
-fn node(station: usize, line: usize) -> [Input; 2] {
-    [0, 1].map(|axis| Input::Node { station, line, axis })
-}
-
-/// The nodes of both lines of a tube about `station` and the speeds that a [`Cell`] reads.
-pub(super) fn cell_inputs(grid: &Grid, station: usize, tube: usize) -> [Input; super::cell::INPUTS] {
-    let low = grid.lower_line(tube);
-    std::array::from_fn(|k| match k {
-        0..6 => node(station - 1 + k / 2, low)[k % 2],
-        6..12 => node(station - 1 + (k - 6) / 2, low + 1)[k % 2],
-        // the inlet stands in for speeds ahead of it
-        _ => Input::Unknown(grid.speed((station + k).saturating_sub(15), tube)),
-    })
-}
-
-/// The nodes of both lines of a tube at a station and the next, and the speed in between.
-fn face_inputs(grid: &Grid, station: usize, tube: usize) -> [Input; 9] {
-    let low = grid.lower_line(tube);
-    let [a, b, c, d] = [node(station, low), node(station + 1, low), node(station, low + 1), node(station + 1, low + 1)];
-    [a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1], Input::Unknown(grid.speed(station, tube))]
-}
-
-/// The cell of a tube.
-pub(super) fn cell(grid: &Grid, tube: usize) -> Cell {
-    Cell::new(grid.mass(tube), grid.height(tube))
 }
 
 impl Equations<'_> {

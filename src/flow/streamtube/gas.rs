@@ -11,7 +11,7 @@ pub(super) const GAMMA: f64 = 1.4;
 /// The ratio (γ − 1)/γ by which density times enthalpy gives the pressure.
 const PRESSURE: f64 = (GAMMA - 1.0) / GAMMA;
 
-/// What a flow is asked for, in any kind of number, so that it can be followed from one flow to another.
+/// The numbers by which a flow is asked for, in any kind of number, so that it can be followed from one flow to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Parameters<P = f64> {
     /// Mach number of the onset flow.

@@ -51,7 +51,7 @@ pub(super) trait Kernel<const N: usize, const M: usize> {
     fn evaluate<S: Over<P>, P: Scalar>(&self, x: [S; N], flow: &Flow<P>) -> [S; M];
 }
 
-/// What is done with every term.
+/// An operation on every term.
 pub(super) trait Pass {
     fn term<const N: usize, const M: usize>(
         &mut self,

@@ -7,7 +7,8 @@
 //! [`grading`] says how many stations, lines and tubes there are and where they stand, [`numbering`] which unknowns they
 //! have. [`section_curve`] is the section over any scalar, [`background`] the grid as an explicit function of the section
 //! and the stagnation point, [`geometry`] the nodes after displacement and [`moves`] the derivatives of these with respect
-//! to the unknowns. Equations are sums of local terms ([`kernel`]): the momentum of a tube about a station ([`cell`]), the
+//! to the unknowns. Equations are sums of local terms ([`kernel`]): the momentum of a tube about a station ([`cell`], read by way
+//! of [`tubes`]), the
 //! [`far_field`] and the boundary layer ([`layer_kernels`], which call the equations of the
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
 //! linearises them, [`band`] solves the linear system, [`newton`] iterates, and [`start`] leads from nothing to a flow.
@@ -41,6 +42,7 @@ mod status;
 mod system;
 #[cfg(test)]
 mod tests;
+mod tubes;
 
 pub use settings::StreamtubeSettings;
 pub use solver::StreamtubeSolver;

@@ -2,11 +2,11 @@
 
 use super::cell::unpack;
 use super::cell::{Cell, Exit, Face};
-use super::equations::{cell, cell_inputs};
 use super::gas::Flow;
 use super::kernel::{Identity, Input, Kernel, Pass, Row, Target};
 use super::layer_kernels::Friction;
 use super::numbering::{ALPHA, Grid, LAYER, Sheet};
+use super::tubes::{cell, cell_inputs, face_inputs};
 use crate::flow::layer::{Derived, Regime, Side, State};
 use crate::scalar::{Over, Scalar};
 
@@ -167,11 +167,7 @@ pub(super) fn outputs(grid: &Grid, peaks: &[Peak; 2], pass: &mut impl Pass) {
     let output = |k: usize, factor: f64| Some((Row::Output(k), factor));
     wall_loads(grid, pass, |load| output(load, 1.0));
     let last = grid.count() - 1;
-    let face = |tube: usize| -> [Input; 9] {
-        let low = grid.lower_line(tube);
-        let node = |k: usize| Input::Node { station: last - 1 + k / 2 % 2, line: low + k / 4, axis: k % 2 };
-        std::array::from_fn(|k| if k < 8 { node(k) } else { Input::Unknown(grid.speed(last - 1, tube)) })
-    };
+    let face = |tube: usize| face_inputs(grid, last - 1, tube);
     for tube in 0..grid.tubes() {
         pass.term(&Exit { mass: grid.mass(tube) }, face(tube), [None, output(WAVE_DRAG, 1.0)]);
     }

@@ -1,7 +1,6 @@
 //! The state of a solution that the streamtube solver keeps, and what is read off it.
 
 use super::adjoint::derivatives;
-use super::equations::{cell, cell_inputs};
 use super::gas::Flow;
 use super::geometry::Geometry;
 use super::kernel::Kernel;
@@ -11,6 +10,7 @@ use super::outputs::{
     lowest, outputs,
 };
 use super::system::{Numbers, Problem};
+use super::tubes::{cell, cell_inputs};
 use crate::flow::coefficients::{Coefficients, Derivatives, Gradients};
 use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
 use crate::flow::panel::{LAMINAR_REVERSED, Nodes, TURBULENT_REVERSED};

@@ -14,6 +14,7 @@ use super::numbering::{ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet
 use super::outputs::{LIFT, WallPressure, wall_loads};
 use super::settings::StreamtubeSettings;
 use super::system::{Numbers, Problem};
+use super::tubes::{cell, cell_inputs};
 use crate::flow::layer::{EdgeLaw, FreeStream, Regime, Side, State, transition_state};
 
 /// Mach number of the slow flow.
@@ -143,8 +144,8 @@ fn edge_speeds(problem: &Problem, unknowns: &Unknowns) -> Option<[Vec<f64>; 3]> 
     let numbers = Numbers { geometry: &geometry, unknowns };
     let speed = |station: usize, side: Side| {
         let tube = grid.inner_tube(side);
-        let kernel = WallPressure { cell: super::equations::cell(grid, tube), side };
-        let inputs = super::equations::cell_inputs(grid, station, tube).map(|input| numbers.read(input));
+        let kernel = WallPressure { cell: cell(grid, tube), side };
+        let inputs = cell_inputs(grid, station, tube).map(|input| numbers.read(input));
         kernel.evaluate::<f64, f64>(inputs, &flow)[1].exp()
     };
     let (nose, edge) = (grid.stations.nose(), grid.stations.edge());
