@@ -1,10 +1,10 @@
-//! Viscous points at 160 panels: cold, warm, their gradients, a polar.
+//! Viscous points at 160 panels: cold, warm, their gradients, a polar; and a point with a shock.
 
 #[allow(dead_code)]
 mod sections;
 
-use aeroform::flow::{PanelledSection, Settings, TrailingEdge};
-use criterion::{Criterion, criterion_group, criterion_main};
+use aeroform::flow::{Condition, FlowSolver, PanelledSection, Settings, StreamtubeSolver, TrailingEdge};
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use sections::{Chain, POINTS, cold, condition, nodes, polar};
 use std::hint::black_box;
 
@@ -42,5 +42,28 @@ fn flow(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, flow);
+/// A supercritical point with a shock: NACA 0012 at M 0.75 and 2 degrees.
+fn transonic(c: &mut Criterion) {
+    let mut group = c.benchmark_group("transonic");
+    group.sample_size(10);
+    let nodes = nodes("naca0012");
+    let at = Condition { mach: 0.75, ..condition(2.0, 5e6, [Some(0.1); 2]) };
+    let prepared = |nodes: &[[f64; 2]]| {
+        StreamtubeSolver::default().section(nodes, TrailingEdge::Blunt).expect("nodes of a section")
+    };
+    let section = prepared(&nodes);
+    let solution = section.analyze(&at, None).expect("in range");
+    group.bench_function("cold point", |b| b.iter(|| section.analyze(black_box(&at), None)));
+    let thicker: Vec<[f64; 2]> = nodes.iter().map(|p| [p[0], 1.01 * p[1]]).collect();
+    let thicker = prepared(&thicker);
+    group.bench_function("warm point", |b| b.iter(|| thicker.analyze(black_box(&at), Some(&solution))));
+    // a solution keeps its derivatives
+    let fresh = || section.analyze(&at, Some(&solution)).expect("in range");
+    group.bench_function("gradients", |b| {
+        b.iter_batched(fresh, |solution| solution.gradients(), BatchSize::LargeInput);
+    });
+    group.finish();
+}
+
+criterion_group!(benches, flow, transonic);
 criterion_main!(benches);

@@ -149,7 +149,10 @@ fn a_drag_case_converges_resumes_at_the_same_bits_and_reports() {
 #[test]
 fn a_supersonic_start_ends_at_once_and_says_so() {
     let folder = folder();
-    let output = aeroform(&["run", "naca0024-cubic-m07", "--out", "fast"], folder.path());
+    // by the panel solver, which knows no shocks
+    let case = fs::read_to_string("validation/cases/naca0024-cubic-m07.toml").unwrap();
+    fs::write(folder.path().join("fast.toml"), case.replace("\"streamtube\"", "\"panel\"")).unwrap();
+    let output = aeroform(&["run", "fast.toml", "--out", "fast"], folder.path());
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("supersonic"), "{}", text(&output.stderr));
     assert!(folder.path().join("fast/report.html").exists());
@@ -158,6 +161,28 @@ fn a_supersonic_start_ends_at_once_and_says_so() {
     let result: serde_json::Value = serde_json::from_str(&result).unwrap();
     assert!(result["initial"]["cd"].is_null() && result["initial_objective"].is_null());
     assert!(result["initial"]["area"].as_f64().unwrap() > 0.1);
+}
+
+#[test]
+fn the_flow_solver_is_chosen_by_name_or_by_the_critical_mach_number() {
+    let folder = folder();
+    let case = fs::read_to_string("validation/cases/naca0024-cubic-m07.toml").unwrap();
+    let evaluate = |name: &str, text: String| {
+        fs::write(folder.path().join(name), text).unwrap();
+        aeroform(&["evaluate", name, "--json"], folder.path())
+    };
+    let drag = |output: &std::process::Output| common::json(output)["values"]["cd"].as_f64().unwrap();
+    let automatic = drag(&evaluate("auto.toml", case.replace("\"streamtube\"", "\"auto\"")));
+    assert!((0.0313..0.0326).contains(&automatic), "{automatic}");
+    // slow flow is left to the panel solver
+    let slow = case.replace("mach = 0.7", "mach = 0.2");
+    let slow_automatic = drag(&evaluate("slow.toml", slow.replace("\"streamtube\"", "\"auto\"")));
+    let slow_panel = drag(&evaluate("panel.toml", slow.replace("\"streamtube\"", "\"panel\"")));
+    assert_eq!(slow_automatic, slow_panel);
+    let unknown = evaluate("unknown.toml", case.replace("\"streamtube\"", "\"euler\""));
+    refused(&unknown, &["unknown.toml", "solver", "euler", "panel, streamtube, auto"]);
+    let fast = evaluate("fast.toml", case.replace("mach = 0.7", "mach = 0.93"));
+    refused(&fast, &["fast.toml", "mach", "0.93", "from 0.1 to 0.9"]);
 }
 
 #[test]

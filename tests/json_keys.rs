@@ -17,7 +17,7 @@ fn of(arguments: &[&str]) -> Value {
     json(&output)
 }
 
-const POINT: [&str; 21] = [
+const POINT: [&str; 23] = [
     "converged",
     "beyond_model",
     "status",
@@ -37,6 +37,8 @@ const POINT: [&str; 21] = [
     "cd_friction",
     "resolved",
     "panel_error",
+    "cd_wave",
+    "solver",
     "repairs",
     "seconds",
 ];
@@ -65,6 +67,7 @@ fn run() {
             "initial",
             "initial_variables",
             "active_bounds",
+            "flow_solver",
             "repairs",
             "min_fold_indicator",
             "folded",

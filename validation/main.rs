@@ -13,6 +13,7 @@ mod optimise;
 mod random;
 mod sheet;
 mod started;
+mod transonic;
 
 use clap::{Parser, ValueEnum};
 use flow::FlowArguments;
@@ -48,6 +49,8 @@ enum Topic {
     Differences,
     /// Flow: exact solutions, other codes, gradients, smoothness; with --database convergence over many sections
     Flow,
+    /// Flow with shocks: MSES, gradients, smoothness, grids, time
+    Transonic,
     /// Constrained drag minimisation: the paper's cases, finite-difference gradients in the same optimiser
     Drag,
     /// Evaluations of the constrained optimiser beside those of other codes, and from random starts
@@ -67,6 +70,7 @@ impl Topic {
             Self::Folding => folding::sheets(quick),
             Self::Differences => differences::sheets(quick),
             Self::Flow => Ok(flow::sheets(&arguments.flow, quick)),
+            Self::Transonic => transonic::sheets(quick),
             Self::Drag => drag::sheets(quick),
             Self::Optimise => optimise::sheets(quick),
         }

@@ -39,6 +39,7 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "naca0024-linear-m07",
         "naca0024-cubic-m07",
         "naca0024-quartic-m07",
+        "rae2822-drag",
         "multipoint",
         "parametric",
         "best-glide",

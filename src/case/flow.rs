@@ -4,14 +4,15 @@ use super::document::Document;
 use super::error::CaseError;
 use super::schema::{CaseTable, FlowTable, OneOrMore};
 use crate::design::{FlowAnalysis, OperatingPoint};
-use crate::flow::{Condition, FlowError, FlowSolver, Incidence, PanelSolver, Settings};
+use crate::flow::{Condition, FlowError, FlowSolver, Incidence, PanelSolver, Settings, SolverChoice, panel_parameters};
 use crate::section::Section;
-use std::sync::Arc;
 
 /// Most operating points of a case; each is a flow in every evaluation.
 const MOST_POINTS: usize = 200;
 /// Panels where nothing is said.
 pub(super) const PANELS: usize = 160;
+/// Largest residual of the flow equations; constraints on the flow are met to 1e-10.
+const TOLERANCE: f64 = 1e-12;
 /// Fewest and most panels; the panel equations are dense.
 const PANEL_RANGE: std::ops::RangeInclusive<usize> = 40..=1000;
 
@@ -26,6 +27,8 @@ pub(super) fn flow_analysis(
     if tables.is_empty() {
         return Err(document.error(&["flow"], "no operating point"));
     }
+    let panels = panel_count(document, tables)?;
+    let choice = solver_choice(document, tables)?;
     let several = tables.len() > 1;
     let mut points: Vec<OperatingPoint> = Vec::new();
     for (index, table) in tables.iter().enumerate() {
@@ -62,6 +65,21 @@ pub(super) fn flow_analysis(
     if points.iter().all(|p| p.weight == 0.0) {
         return Err(document.error(&["flow", "weight"], "all weights are zero"));
     }
+    let conditions: Vec<Condition> = points.iter().map(|point| point.condition).collect();
+    let nodes: Vec<[f64; 2]> =
+        panel_parameters(section, panels + 1).into_iter().map(|u| section.curve().point_at(u)).collect();
+    let settled = choice
+        .settle(&nodes, section.trailing_edge(), &conditions)
+        .map_err(|error| document.error(&["flow"], error.to_string()))?;
+    let solver = settled.solver(TOLERANCE);
+    for condition in &conditions {
+        check(document, condition, &*solver, &["flow"])?;
+    }
+    Ok(Some(FlowAnalysis::new(section, points, panels, solver)))
+}
+
+/// The number of panels, which all operating points share.
+fn panel_count(document: &Document, tables: &[FlowTable]) -> Result<usize, CaseError> {
     let mut panels = tables.iter().filter_map(|t| t.panels);
     let chosen = panels.next().unwrap_or(PANELS);
     if panels.any(|other| other != chosen) {
@@ -71,12 +89,22 @@ pub(super) fn flow_analysis(
         let (least, most) = (PANEL_RANGE.start(), PANEL_RANGE.end());
         return Err(document.error(&["flow", "panels"], format!("{chosen} panels; from {least} to {most}")));
     }
-    Ok(Some(FlowAnalysis::new(section, points, chosen, Arc::new(solver()))))
+    Ok(chosen)
 }
 
-/// The solver of all cases: constraints on the flow are met to 1e-10.
-pub(super) fn solver() -> PanelSolver {
-    PanelSolver { settings: Settings { tolerance: 1e-12, ..Settings::default() } }
+/// The flow solver, which all operating points share.
+fn solver_choice(document: &Document, tables: &[FlowTable]) -> Result<SolverChoice, CaseError> {
+    let mut names = tables.iter().filter_map(|t| t.solver.as_deref());
+    let Some(chosen) = names.next() else { return Ok(SolverChoice::default()) };
+    if names.any(|other| other != chosen) {
+        return Err(document.error(&["flow", "solver"], "all operating points share the solver; say it once"));
+    }
+    chosen.parse().map_err(|message: String| document.error(&["flow", "solver"], message))
+}
+
+/// The panel solver of pressures that are a target.
+pub(super) fn panel_solver() -> PanelSolver {
+    PanelSolver { settings: Settings { tolerance: TOLERANCE, ..Settings::default() } }
 }
 
 /// The operating points of a table at `path`: one for each combination of the values in its lists.
@@ -103,7 +131,6 @@ pub(super) fn conditions(document: &Document, table: &FlowTable, path: &[&str]) 
                         condition.mach = mach;
                         condition.n_critical = ncrit.unwrap_or(condition.n_critical);
                         condition.trips = trip.map_or(condition.trips, |trip: [f64; 2]| trip.map(Some));
-                        check(document, &condition, table.alpha.is_some(), path)?;
                         all.push(condition);
                         if all.len() > MOST_POINTS {
                             let message = format!("more than {MOST_POINTS} combinations of values");
@@ -117,14 +144,20 @@ pub(super) fn conditions(document: &Document, table: &FlowTable, path: &[&str]) 
     Ok(all)
 }
 
-fn check(document: &Document, condition: &Condition, at_angle: bool, path: &[&str]) -> Result<(), CaseError> {
-    solver().check(condition).map_err(|error| {
+/// Checks an operating point of the table at `path` against the ranges of the solver.
+pub(super) fn check(
+    document: &Document,
+    condition: &Condition,
+    solver: &dyn FlowSolver,
+    path: &[&str],
+) -> Result<(), CaseError> {
+    solver.check(condition).map_err(|error| {
         let key = match &error {
             FlowError::Condition { name, .. } if name.starts_with("Mach") => "mach",
             FlowError::Condition { name, .. } if name.starts_with("Reynolds") => "reynolds",
             FlowError::Condition { name, .. } if name.starts_with("critical") => "ncrit",
             FlowError::Condition { name, .. } if name.starts_with("trip") => "trip",
-            _ if at_angle => "alpha",
+            _ if matches!(condition.incidence, Incidence::Alpha(_)) => "alpha",
             _ => "cl",
         };
         let path: Vec<&str> = path.iter().copied().chain([key]).collect();

@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::error::CaseError;
-use super::flow::{conditions, solver};
+use super::flow::{check, conditions, panel_solver};
 use super::pressure_table::{on_the_chord, read};
 use super::schema::{CaseTable, PressureTargetTable};
 use crate::design::{FlowAnalysis, OperatingPoint, PressureSide, PressureTarget};
@@ -29,6 +29,10 @@ pub(super) fn set_pressure_target(
     let Some(flow) = flow else {
         return Err(document.error(&[TABLE], "wanted pressures need a [flow] table with the operating point"));
     };
+    if flow.solver() != panel_solver().name() {
+        let message = format!("pressures are matched with the panel solver, and the case uses {}", flow.solver());
+        return Err(document.error(&[TABLE], message));
+    }
     let point = point(document, wanted, flow.points())?;
     let sides = match (&wanted.file, target_section, wanted.upper.is_some() || wanted.lower.is_some()) {
         (Some(file), None, false) => from_file(document, &folder.join(file), file)?.map(Some),
@@ -92,11 +96,14 @@ fn condition(
 ) -> Result<Condition, CaseError> {
     let Some(table) = &wanted.flow else { return Ok(point.condition) };
     let path = [TABLE, "flow"];
-    if table.name.is_some() || table.weight.is_some() || table.panels.is_some() {
-        return Err(document.error(&path, "`name`, `weight` and `panels` have no meaning here"));
+    if [table.name.is_some(), table.weight.is_some(), table.panels.is_some(), table.solver.is_some()].contains(&true) {
+        return Err(document.error(&path, "`name`, `weight`, `panels` and `solver` have no meaning here"));
     }
     match conditions(document, table, &path)?[..] {
-        [condition] => Ok(condition),
+        [condition] => {
+            check(document, &condition, &panel_solver(), &path)?;
+            Ok(condition)
+        }
         _ => Err(document.error(&path, "one operating point, without lists of values")),
     }
 }
@@ -110,7 +117,7 @@ fn of_section(
     let wrong = |message: String| document.error(&[TABLE, "section"], message);
     let parameters = panel_parameters(section, super::flow::PANELS + 1);
     let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
-    let prepared = solver().section(&nodes, section.trailing_edge()).map_err(|e| wrong(e.to_string()))?;
+    let prepared = panel_solver().section(&nodes, section.trailing_edge()).map_err(|e| wrong(e.to_string()))?;
     let solution = prepared.analyze(condition, None).map_err(|e| wrong(e.to_string()))?;
     if !solution.is_reliable() {
         return Err(wrong(format!("the flow about this section is {}; it has no pressures to match", solution.status)));

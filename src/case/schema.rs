@@ -179,6 +179,7 @@ pub(crate) struct FlowTable {
     pub ncrit: Option<OneOrMore>,
     pub trip: Option<Trips>,
     pub panels: Option<usize>,
+    pub solver: Option<String>,
 }
 
 /// A number or a list of them.

@@ -6,7 +6,7 @@ use super::flow_arguments::{FlowArguments, Panelled, panelled};
 use super::message::Voice;
 use super::output::{pretty, print, print_json, settled};
 use super::table_csv::csv;
-use crate::flow::{InviscidSolution, Settings, Solution, StationFlow};
+use crate::flow::{InviscidSolution, Solution, SolverChoice, StationFlow};
 use crate::report::json::{AnalysisReport, InviscidReport};
 use crate::report::{OutputDirectory, engineering};
 use std::path::PathBuf;
@@ -47,11 +47,15 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
     let input = |e: crate::flow::FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape.shape));
     let begin = Instant::now();
     if arguments.inviscid {
+        if arguments.point.solver != SolverChoice::Panel {
+            let message = "--inviscid is a flow of the panel solver; leave --solver out";
+            return Err(Failure::Input(message.into()));
+        }
         let alpha = arguments.alpha.unwrap_or(0.0).to_radians();
         let solution = section.panels.inviscid(alpha, condition.mach).map_err(input)?;
         return inviscid(arguments, &section, &solution, directory.as_ref(), begin.elapsed().as_secs_f64());
     }
-    let solution = section.panels.analyze(&condition, &Settings::default(), None).map_err(input)?;
+    let solution = section.flow.analyze(&condition, None).map_err(input)?;
     let seconds = begin.elapsed().as_secs_f64();
     let mut result = AnalysisReport::new(&solution, seconds, &section.repairs);
     if let Some(alpha) = arguments.alpha {
@@ -108,6 +112,16 @@ fn title(arguments: &AnalyzeArguments, solution: &Solution) -> String {
     )
 }
 
+/// The solver of a flow and the nodes of the section in words.
+fn resolution(arguments: &AnalyzeArguments, solution: &Solution) -> String {
+    let panels = arguments.point.panels;
+    // the usual solver needs no name
+    if solution.solver == SolverChoice::Panel.name() {
+        return format!("{panels} panels");
+    }
+    format!("{} solver, {panels} intervals between nodes", solution.solver)
+}
+
 /// Digits of a coefficient in text.
 const DIGITS: usize = 5;
 
@@ -115,9 +129,9 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
     // the status of a flow that was not found names the residual itself
     let residual = if solution.is_solved() { format!("residual {:.1e}, ", solution.residual) } else { String::new() };
     let mut text = format!(
-        "{}, {} panels, {}\n{} ({}{} iterations, {} s)\n",
+        "{}, {}, {}\n{} ({}{} iterations, {} s)\n",
         arguments.point.shape.shape,
-        arguments.point.panels,
+        resolution(arguments, solution),
         figures::condition_text(&solution.condition),
         solution.status,
         residual,
@@ -136,7 +150,7 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
         return text;
     }
     let coefficients = &solution.coefficients;
-    let numbers = [
+    let mut numbers = vec![
         ("alpha", settled(solution.alpha.to_degrees()), " degrees"),
         ("CL", settled(coefficients.cl), ""),
         ("CD", 1e4 * coefficients.cd, " counts"),
@@ -148,6 +162,9 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
         ("transition upper x/c", coefficients.transition[0], ""),
         ("transition lower x/c", coefficients.transition[1], ""),
     ];
+    if solution.solver == SolverChoice::Streamtube.name() {
+        numbers.insert(3, ("CD wave", 1e4 * settled(solution.cd_wave), " counts"));
+    }
     for (name, value, unit) in numbers {
         text.push_str(&format!("  {name:22} {:>12}{unit}\n", engineering(value, DIGITS)));
     }
@@ -166,11 +183,12 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
 type StationColumn = (&'static str, fn(&StationFlow) -> f64);
 
 /// Columns after the name of the side.
-const STATION: [StationColumn; 11] = [
+const STATION: [StationColumn; 12] = [
     ("s", |p| p.s),
     ("x", |p| p.x),
     ("y", |p| p.y),
     ("edge_velocity", |p| p.edge_velocity),
+    ("mach", |p| p.mach),
     ("cp", |p| p.cp),
     ("momentum_thickness", |p| p.momentum_thickness),
     ("displacement_thickness", |p| p.displacement_thickness),

@@ -135,10 +135,10 @@ fn pressure_plot(solution: &Solution) -> LineFigure {
         at: solution.coefficients.transition[k],
         label: format!("transition {name}"),
     };
-    let lines = vec![
-        series("viscous", chordwise(&nodes, &cp), Stroke::SECTION),
-        series("inviscid", chordwise(&nodes, &cp_inviscid), Stroke::palette(0).dashed()),
-    ];
+    let mut lines = vec![series("viscous", chordwise(&nodes, &cp), Stroke::SECTION)];
+    if !cp_inviscid.is_empty() {
+        lines.push(series("inviscid", chordwise(&nodes, &cp_inviscid), Stroke::palette(0).dashed()));
+    }
     LineFigure { annotations: vec![mark(0, "upper"), mark(1, "lower")], ..cp_plot(lines, solution.condition.mach) }
 }
 

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::shape_arguments::ShapeArguments;
-use crate::flow::{Condition, Incidence, PanelledSection, panel_parameters};
+use crate::flow::{Condition, FlowSection, Incidence, PanelledSection, Settings, SolverChoice, panel_parameters};
 use crate::report::json::repairs;
 
 /// Section and condition on the command line.
@@ -22,9 +22,12 @@ pub(super) struct FlowArguments {
     /// Trip strips, x/c on the upper and lower side (one number serves both)
     #[arg(long, value_name = "XU[,XL]", value_delimiter = ',', num_args = 1, allow_negative_numbers = true)]
     pub trip: Option<Vec<f64>>,
-    /// Number of panels
+    /// Number of panels, and of the nodes between them
     #[arg(long, default_value_t = 160, allow_negative_numbers = true)]
     pub panels: usize,
+    /// Flow solver: panel (without shocks), streamtube (M 0.1 to 0.9, with shocks), or auto (by the critical Mach number)
+    #[arg(long, default_value_t = SolverChoice::Panel, value_parser = clap::value_parser!(SolverChoice))]
+    pub solver: SolverChoice,
 }
 
 /// Most panels; the panel equations are dense.
@@ -52,8 +55,10 @@ impl FlowArguments {
 pub(super) struct Panelled {
     /// The panel nodes.
     pub nodes: Vec<[f64; 2]>,
-    /// The factorised panels.
+    /// The factorised panels, for the flow without boundary layer.
     pub panels: PanelledSection,
+    /// The section prepared for the solver that was chosen.
+    pub flow: Box<dyn FlowSection>,
     /// A sentence for everything that was mended in its file.
     pub repairs: Vec<String>,
 }
@@ -70,5 +75,7 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<Panelled, Failure> {
     let parameters = panel_parameters(&section, arguments.panels + 1);
     let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
     let panels = PanelledSection::new(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
-    Ok(Panelled { nodes, panels, repairs })
+    let solver = arguments.solver.solver(Settings::default().tolerance);
+    let flow = solver.section(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
+    Ok(Panelled { nodes, panels, flow, repairs })
 }

@@ -7,7 +7,7 @@ use super::flow_arguments::{FlowArguments, Panelled, panelled};
 use super::message::Voice;
 use super::output::{fixed, print, print_json, settled};
 use super::table_csv::csv;
-use crate::flow::{FlowError, PanelledSection, Settings, Solution};
+use crate::flow::{FlowError, FlowSection, Solution};
 use crate::report::json::{AnalysisReport, PolarReport};
 use crate::report::{OutputDirectory, engineering};
 use serde::Serialize;
@@ -91,7 +91,7 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     };
     let section = panelled(&arguments.point)?;
     let mut display = Display::new(arguments, &section.repairs)?;
-    let mut points = sweep(arguments, &section.panels, &alphas, &mut display)?;
+    let mut points = sweep(arguments, &*section.flow, &alphas, &mut display)?;
     if points.iter().all(|p| p.flow.is_err())
         && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
     {
@@ -240,7 +240,7 @@ fn decimals(number: &str) -> usize {
 /// A point that has no flow keeps its reason, and the others their flows.
 fn sweep(
     arguments: &PolarArguments,
-    section: &PanelledSection,
+    section: &dyn FlowSection,
     alphas: &[f64],
     display: &mut Display<'_>,
 ) -> Result<Vec<Point>, Failure> {
@@ -284,15 +284,13 @@ type Found = (usize, Point);
 
 fn solve_point(
     arguments: &PolarArguments,
-    section: &PanelledSection,
+    section: &dyn FlowSection,
     alpha: f64,
     warm: Option<&Solution>,
 ) -> Result<(Solution, f64), Failure> {
     let begin = Instant::now();
     let condition = arguments.point.condition(Some(alpha), None)?;
-    let solution = section
-        .analyze(&condition, &Settings::default(), warm)
-        .map_err(|e: FlowError| Failure::Input(e.to_string()))?;
+    let solution = section.analyze(&condition, warm).map_err(|e: FlowError| Failure::Input(e.to_string()))?;
     Ok((solution, begin.elapsed().as_secs_f64()))
 }
 
@@ -312,12 +310,13 @@ fn gather(receiver: mpsc::Receiver<Found>, count: usize, display: &mut Display<'
 
 /// The points as CSV. Those beyond the model have their numbers and say so; those without a flow have none.
 fn table(points: &[Point]) -> Result<String, Failure> {
-    const HEADER: [&str; 15] = [
+    const HEADER: [&str; 16] = [
         "alpha",
         "cl",
         "cd",
         "cd_pressure",
         "cd_friction",
+        "cd_wave",
         "cm",
         "cp_min",
         "transition_upper",
@@ -338,6 +337,7 @@ fn table(points: &[Point]) -> Result<String, Failure> {
             solved(|s| s.coefficients.cd),
             solved(|s| s.cd_pressure),
             solved(|s| s.cd_friction),
+            solved(|s| s.cd_wave),
             solved(|s| s.coefficients.cm),
             solved(|s| s.coefficients.cp_min),
             solved(|s| s.coefficients.transition[0]),

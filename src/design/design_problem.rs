@@ -313,6 +313,11 @@ impl DesignProblem {
         Some(self.instruments.flow.as_ref()?.prepared(shape))
     }
 
+    /// Name of the flow solver; `None` without flow.
+    pub fn flow_solver(&self) -> Option<&'static str> {
+        self.instruments.flow.as_ref().map(FlowAnalysis::solver)
+    }
+
     /// Number of flows so far and the time they took.
     pub fn flow_timing(&self) -> FlowTiming {
         self.instruments.flow.as_ref().map_or_else(FlowTiming::default, FlowAnalysis::timing)

@@ -28,8 +28,9 @@ pub struct OperatingPoint {
 }
 
 /// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag),
-/// `cl^1.5/cd` (the lift to the power 1.5 over drag: the endurance of a glider; without a value at negative lift), or
-/// `alpha` (angle of attack in degrees, an outcome where the lift is held).
+/// `cl^1.5/cd` (the lift to the power 1.5 over drag: the endurance of a glider; without a value at negative lift),
+/// `alpha` (angle of attack in degrees, an outcome where the lift is held), or `cd_wave` (wave drag, zero by a solver that
+/// knows no shocks).
 ///
 /// The lowest pressure coefficient `cp_min` is only continuous where two suction peaks tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,19 +43,23 @@ enum Kind {
     LiftToDrag,
     Endurance,
     Alpha,
+    WaveDrag,
 }
 
 const LIFT_TO_DRAG: &str = "cl/cd";
 const ENDURANCE: &str = "cl^1.5/cd";
 const ALPHA: &str = "alpha";
+const WAVE_DRAG: &str = "cd_wave";
 
-/// Derivatives of an output with respect to the coefficients and, last, the angle of attack.
-type ByNumbers = DualSVec64<{ COEFFICIENTS + 1 }>;
+/// Number of numbers that outputs are made of: the coefficients, the angle of attack and the wave drag coefficient.
+const NUMBERS: usize = COEFFICIENTS + 2;
+/// Derivatives of an output with respect to these numbers.
+type ByNumbers = DualSVec64<NUMBERS>;
 
 impl FlowOutput {
     /// The names in case files.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        <Coefficients>::NAMES.into_iter().chain([LIFT_TO_DRAG, ENDURANCE, ALPHA])
+        <Coefficients>::NAMES.into_iter().chain([LIFT_TO_DRAG, ENDURANCE, ALPHA, WAVE_DRAG])
     }
 
     /// The output of a name.
@@ -64,6 +69,7 @@ impl FlowOutput {
             LIFT_TO_DRAG => Some(Kind::LiftToDrag),
             ENDURANCE => Some(Kind::Endurance),
             ALPHA => Some(Kind::Alpha),
+            WAVE_DRAG => Some(Kind::WaveDrag),
             _ => coefficient(),
         }
         .map(Self)
@@ -76,20 +82,22 @@ impl FlowOutput {
             Kind::LiftToDrag => LIFT_TO_DRAG,
             Kind::Endurance => ENDURANCE,
             Kind::Alpha => ALPHA,
+            Kind::WaveDrag => WAVE_DRAG,
         }
     }
 
-    /// The output of coefficients and an angle of attack in radians.
-    fn of<S: Scalar>(self, coefficients: &Coefficients<S>, alpha: S) -> S {
+    /// The output of coefficients, an angle of attack in radians and a wave drag coefficient.
+    fn of<S: Scalar>(self, coefficients: &Coefficients<S>, alpha: S, wave_drag: S) -> S {
         match self.0 {
             Kind::Coefficient(place) => coefficients.to_array()[place],
             Kind::LiftToDrag => coefficients.cl / coefficients.cd,
             Kind::Endurance => coefficients.cl.real_power(1.5) / coefficients.cd,
             Kind::Alpha => alpha * 1f64.to_degrees(),
+            Kind::WaveDrag => wave_drag,
         }
     }
 
-    /// The output of a solution, with its derivatives by the coefficients and the angle.
+    /// The output of a solution, with its derivatives by the numbers that it is made of.
     fn of_solution(self, solution: &Solution) -> ByNumbers {
         let mut place = 0;
         let mut variable = |value: f64| {
@@ -97,7 +105,8 @@ impl FlowOutput {
             ByNumbers::from_re(value).derivative(place - 1)
         };
         let coefficients = solution.coefficients.map(&mut variable);
-        self.of(&coefficients, variable(solution.alpha))
+        let alpha = variable(solution.alpha);
+        self.of(&coefficients, alpha, variable(solution.cd_wave))
     }
 }
 
@@ -206,6 +215,11 @@ impl FlowAnalysis {
             timing: Arc::default(),
             pressures: None,
         }
+    }
+
+    /// Name of the flow solver.
+    pub fn solver(&self) -> &'static str {
+        self.solver.name()
     }
 
     pub fn points(&self) -> &[OperatingPoint] {
@@ -330,8 +344,8 @@ impl FlowAnalysis {
             }
             let gradients = flows.gradients[point].get().and_then(Option::as_ref);
             let gradients = gradients.ok_or_else(|| DesignError::NotFinite { name: quantity.name() })?;
-            let numbers = gradients.coefficients.iter().chain([&gradients.alpha]);
-            let by_number = output.eps.unwrap_generic(nalgebra::Const::<{ COEFFICIENTS + 1 }>, nalgebra::U1);
+            let numbers = gradients.coefficients.iter().chain([&gradients.alpha, &gradients.cd_wave]);
+            let by_number = output.eps.unwrap_generic(nalgebra::Const::<NUMBERS>, nalgebra::U1);
             for (gradient, by_number) in numbers.zip(&by_number).filter(|(_, by_number)| **by_number != 0.0) {
                 let weight = factor * share * by_number;
                 for (sum, own) in by_node.iter_mut().zip(&gradient.nodes) {

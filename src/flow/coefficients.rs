@@ -120,12 +120,6 @@ pub struct Derivatives {
 pub type Gradients = Coefficients<Derivatives>;
 
 impl Derivatives {
-    /// These derivatives, of any output at fixed angle of attack, at fixed lift coefficient, with those of `lift`.
-    pub(super) fn at_fixed_lift(self, lift: &Self) -> Self {
-        let factor = -self.alpha / lift.alpha;
-        Self { alpha: 0.0, ..self.add(factor, lift) }
-    }
-
     /// These derivatives multiplied by `factor`.
     fn scaled(&self, factor: f64) -> Self {
         Self {
@@ -137,7 +131,7 @@ impl Derivatives {
     }
 
     /// The sum of these derivatives and `factor` times others.
-    fn add(mut self, factor: f64, other: &Self) -> Self {
+    pub(super) fn plus(mut self, factor: f64, other: &Self) -> Self {
         for (own, other) in self.nodes.iter_mut().zip(&other.nodes) {
             *own = [own[0] + factor * other[0], own[1] + factor * other[1]];
         }
@@ -148,12 +142,20 @@ impl Derivatives {
     }
 }
 
+impl Derivatives {
+    /// These derivatives at fixed angle of attack as derivatives at fixed lift coefficient, given those of the lift.
+    pub(super) fn at_fixed_lift(self, lift: &Self) -> Self {
+        let slope = -self.alpha / lift.alpha;
+        Self { alpha: 0.0, ..self.plus(slope, lift) }
+    }
+}
+
 impl Gradients {
     /// Turns derivatives at fixed angle of attack into derivatives at fixed lift coefficient, where the angle follows.
     ///
     /// The derivatives of `cl` vanish. The entries `alpha` are zero, because the angle is no longer an input.
     pub fn at_fixed_lift(&self) -> Self {
-        self.as_ref().map(|own| Derivatives { alpha: 0.0, ..own.clone().add(-own.alpha / self.cl.alpha, &self.cl) })
+        self.as_ref().map(|own| own.clone().at_fixed_lift(&self.cl))
     }
 
     /// Derivatives of the angle of attack (radians) at fixed lift coefficient. The entry `alpha` is zero.

@@ -34,6 +34,7 @@
 // sums over several parallel arrays read better with their common index
 #![allow(clippy::needless_range_loop)]
 
+mod choice;
 mod coefficients;
 mod condition;
 mod duals;
@@ -48,6 +49,7 @@ mod panelling;
 mod search;
 mod solution;
 mod solver;
+mod streamtube;
 mod surface;
 #[cfg(test)]
 pub(crate) mod testcases;
@@ -55,6 +57,7 @@ pub(crate) mod testcases;
 mod tests;
 
 pub use crate::section::TrailingEdge;
+pub use choice::SolverChoice;
 pub(crate) use coefficients::COEFFICIENTS;
 pub use coefficients::{Coefficients, Derivatives, Gradients};
 pub use condition::{Condition, Incidence, Settings};
@@ -63,3 +66,4 @@ pub use panel::{InviscidSolution, PanelSolver, PanelledSection, analyze};
 pub use panelling::panel_parameters;
 pub use solution::{Attempt, Distributions, HeldGradients, Solution, StationFlow, Status};
 pub use solver::{FlowSection, FlowSolver};
+pub use streamtube::{StreamtubeSettings, StreamtubeSolver};

@@ -149,6 +149,8 @@ impl Attempt {
 pub struct Solution {
     /// Whether the numbers below are to be trusted.
     pub status: Status,
+    /// Name of the solver that found the flow.
+    pub solver: &'static str,
     /// Operating point that was asked for.
     pub condition: Condition,
     /// Angle of attack against the x axis of the nodes in radians. The solver has found it where the lift coefficient was
@@ -161,6 +163,9 @@ pub struct Solution {
     pub cd_pressure: f64,
     /// Friction drag coefficient: wall shear stress along the onset flow, integrated over both sides.
     pub cd_friction: f64,
+    /// Wave drag coefficient: the part of the drag coefficient that belongs to the losses in shocks. It is zero where
+    /// the solver knows no shocks.
+    pub cd_wave: f64,
     /// Stagnation point, as x in chords.
     pub stagnation: f64,
     /// Largest residual of all equations, without dimension.
@@ -180,11 +185,21 @@ pub(super) trait Record: Any + Debug + Send + Sync {
 
     /// Estimated errors of the coefficients that come from the panels, from the derivatives of the coefficients; `None`
     /// for a solver without panels.
-    fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients>;
+    fn panel_error(&self, _gradients: &Gradients) -> Option<Coefficients> {
+        None
+    }
 
     /// Exact derivatives of weighted sums of the pressure coefficients at the nodes at fixed angle of attack, one for
-    /// each list of weights; `None` where the equations are singular.
-    fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>>;
+    /// each list of weights; `None` where the equations are singular, or where the solver offers none.
+    fn pressure_gradients(&self, _weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {
+        None
+    }
+
+    /// Exact derivatives of the wave drag coefficient at fixed angle of attack; `None` where the solver knows no shocks,
+    /// or where the equations are singular.
+    fn wave_drag_gradient(&self) -> Option<Derivatives> {
+        None
+    }
 
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
@@ -205,6 +220,8 @@ pub struct HeldGradients {
     /// Derivatives of the angle of attack (radians). Where the lift coefficient is held the angle follows; where the
     /// angle is held all are zero but the derivative with respect to the angle itself.
     pub alpha: Derivatives,
+    /// Derivatives of the wave drag coefficient; zero where the solver knows no shocks.
+    pub cd_wave: Derivatives,
 }
 
 /// Flow at one station of the boundary layer or the wake. Lengths are in chords, x and y in the frame of the chord line
@@ -219,6 +236,8 @@ pub struct StationFlow {
     pub y: f64,
     /// Compressible speed at the edge of the layer.
     pub edge_velocity: f64,
+    /// Mach number at the edge of the layer.
+    pub mach: f64,
     /// Pressure coefficient at the edge of the layer.
     pub cp: f64,
     /// Momentum thickness θ.
@@ -243,7 +262,8 @@ pub struct Distributions {
     pub nodes: Vec<[f64; 2]>,
     /// Pressure coefficient at the nodes of the section, in the order of the nodes.
     pub cp: Vec<f64>,
-    /// Pressure coefficient at the nodes of the flow without boundary layer, at the angle of attack of the solution.
+    /// Pressure coefficient at the nodes of the flow without boundary layer, at the angle of attack of the solution;
+    /// empty where the solver has no such flow at hand.
     pub cp_inviscid: Vec<f64>,
     /// Stations of the upper side from the stagnation point to the trailing edge.
     pub upper: Vec<StationFlow>,
@@ -278,15 +298,18 @@ impl Solution {
     /// The result is `None` where the solution is not converged.
     pub fn held_gradients(&self) -> Option<HeldGradients> {
         let at_alpha = self.gradients()?;
+        let still = |alpha: f64| {
+            let nodes = vec![[0.0; 2]; at_alpha.cl.nodes.len()];
+            Derivatives { nodes, alpha, mach: 0.0, reynolds: 0.0 }
+        };
+        let wave = self.record.wave_drag_gradient().unwrap_or_else(|| still(0.0));
         Some(match self.condition.incidence {
-            Incidence::Alpha(_) => {
-                let still = vec![[0.0; 2]; at_alpha.cl.nodes.len()];
-                let alpha = Derivatives { nodes: still, alpha: 1.0, mach: 0.0, reynolds: 0.0 };
-                HeldGradients { coefficients: at_alpha, alpha }
-            }
-            Incidence::Lift(_) => {
-                HeldGradients { coefficients: at_alpha.at_fixed_lift(), alpha: at_alpha.alpha_at_fixed_lift() }
-            }
+            Incidence::Alpha(_) => HeldGradients { alpha: still(1.0), coefficients: at_alpha, cd_wave: wave },
+            Incidence::Lift(_) => HeldGradients {
+                coefficients: at_alpha.at_fixed_lift(),
+                alpha: at_alpha.alpha_at_fixed_lift(),
+                cd_wave: wave.at_fixed_lift(&at_alpha.cl),
+            },
         })
     }
 

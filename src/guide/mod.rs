@@ -2,6 +2,7 @@
 //!
 //! * [`architecture`]: the crate on one page, with the picture of who may import whom;
 //! * [`flow`]: the flow solver as formulas, with the names of the fields beside the symbols;
+//! * [`transonic`]: the solver for flows with shocks, its equations, range and limits;
 //! * [`recipes`]: to change the transition condition, add a closure, an unknown, an output, a constraint, a solver:
 //!   which files to touch;
 //! * [`changes`]: what moved, and how to follow.
@@ -28,3 +29,6 @@ pub mod flow {}
 
 #[doc = include_str!("recipes.md")]
 pub mod recipes {}
+
+#[doc = include_str!("transonic.md")]
+pub mod transonic {}

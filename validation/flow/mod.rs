@@ -1,6 +1,6 @@
 //! The flow solver against exact solutions, other codes, measurements, finite differences and a database of sections.
 
-mod common;
+pub mod common;
 mod database;
 mod experiment;
 mod gradients;

@@ -64,7 +64,7 @@ pub(crate) enum Link {
 }
 
 /// Residuals of the first station of a side at distance `x` from the stagnation point; amplification starts at zero.
-pub(super) fn first<S: Scalar>(own: &Derived<S>, x: S) -> [S; EQUATIONS] {
+pub(crate) fn first<S: Scalar>(own: &Derived<S>, x: S) -> [S; EQUATIONS] {
     let [momentum, energy] = similarity(own, x);
     [momentum, energy, own.state.amplification()]
 }
@@ -207,6 +207,6 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
 }
 
 /// The end of a laminar layer as the turbulent equations behind it see it.
-pub(super) fn turned<S: Scalar>(laminar: State<S>, law: &impl EdgeLaw<Number = S>) -> Derived<S> {
+pub(crate) fn turned<S: Scalar>(laminar: State<S>, law: &impl EdgeLaw<Number = S>) -> Derived<S> {
     Derived::new(transition_state(laminar, law), Regime::Turbulent, law)
 }

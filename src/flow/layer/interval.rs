@@ -180,7 +180,7 @@ impl<S: Scalar> Merged<S> {
     }
 
     /// Residuals of the first station of the wake: momentum thickness, displacement thickness and shear stress.
-    pub(super) fn residual(&self, wake: &Derived<S>) -> [S; 3] {
+    pub(crate) fn residual(&self, wake: &Derived<S>) -> [S; 3] {
         [
             wake.state.log_theta - self.theta.ln(),
             (wake.displacement / self.displacement).ln(),

@@ -36,9 +36,9 @@ pub(crate) use equations::{EQUATIONS, Layer};
 pub(crate) use layout::Layout;
 pub(crate) use march::OuterSpeeds;
 pub(crate) use side::Side;
-pub(crate) use station::{ByStation, Derived, Regime, State};
+pub(crate) use station::{ByStation, Derived, Regime, State, transition_state};
 pub(crate) use steps::Metric;
-pub(crate) use transition::is_inside;
+pub(crate) use transition::{is_inside, residual as transition_residual};
 pub(crate) use unknowns::{
     ByGlobal, Change, GLOBAL_UNKNOWNS, GLOBALS, Numbering, STAGNATION, TOTAL, TRANSITION, Unknowns,
 };

@@ -46,7 +46,7 @@ type ByLocal = Tangent<10>;
 
 /// The nodes of a section: as they were given, and in the section's own frame.
 #[derive(Debug, Clone)]
-pub(super) struct Nodes {
+pub(in crate::flow) struct Nodes {
     /// Nodes as they were given.
     pub given: Vec<[f64; 2]>,
     /// Nodes in the frame of the section, in chords.
@@ -71,7 +71,7 @@ impl Nodes {
 /// The nose is the point of the cubic spline through the nodes that is farthest from the middle of the trailing edge.
 /// It moves smoothly with the nodes, unless two points tie.
 #[derive(Debug, Clone)]
-pub(super) struct Frame {
+pub(in crate::flow) struct Frame {
     line: ChordLine<f64>,
     spline: IndexSpline,
     /// First of the four spline coefficients on which the nose depends.

@@ -36,4 +36,6 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
+pub(in crate::flow) use frame::Nodes;
+pub(in crate::flow) use record::{LAMINAR_REVERSED, REVERSED_EXTENT, TURBULENT_REVERSED};
 pub use section::{InviscidSolution, PanelSolver, PanelledSection, analyze};

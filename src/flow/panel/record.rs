@@ -17,11 +17,11 @@ use crate::flow::solution::{Distributions, Record, StationFlow, Status};
 use std::sync::Arc;
 
 /// Laminar Hk above which the flow at the wall is reversed: where the skin friction of the closure changes sign.
-const LAMINAR_REVERSED: f64 = 4.0;
+pub(in crate::flow) const LAMINAR_REVERSED: f64 = 4.0;
 /// Turbulent Hk above which the flow at the wall is reversed.
-const TURBULENT_REVERSED: f64 = 3.5;
+pub(in crate::flow) const TURBULENT_REVERSED: f64 = 3.5;
 /// Largest extent of reversed flow of either regime for which the model is trusted, over the length of a side.
-const REVERSED_EXTENT: f64 = 0.5;
+pub(in crate::flow) const REVERSED_EXTENT: f64 = 0.5;
 
 /// A solution of the panel solver.
 #[derive(Debug)]
@@ -106,6 +106,7 @@ impl PanelRecord {
             x: at[0],
             y: at[1],
             edge_velocity: d.log_speed.exp(),
+            mach: d.mach2.sqrt(),
             cp: correction.pressure(d.speed),
             momentum_thickness: d.theta,
             displacement_thickness: d.displacement,

@@ -109,11 +109,13 @@ impl Request<'_> {
         let cd_friction = record.friction_drag();
         Solution {
             status,
+            solver: "panel",
             condition: self.condition,
             alpha: record.nodes.frame.alpha(record.flow.alpha),
             coefficients,
             cd_pressure: coefficients.cd - cd_friction,
             cd_friction,
+            cd_wave: 0.0,
             stagnation: record.stagnation(),
             residual,
             iterations,

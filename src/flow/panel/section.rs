@@ -75,7 +75,7 @@ impl FlowSection for SolverSection {
 /// A section with its panel equations factorised: the part of an analysis that all operating points share.
 #[derive(Debug, Clone)]
 pub struct PanelledSection {
-    pub(super) nodes: Nodes,
+    pub(in crate::flow) nodes: Nodes,
     pub(crate) response: Arc<SectionResponse>,
 }
 

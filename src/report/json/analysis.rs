@@ -36,6 +36,10 @@ pub struct AnalysisReport {
     pub resolved: Option<bool>,
     /// Estimated errors that come from the number of panels, as absolute values.
     pub panel_error: Option<PanelErrorReport>,
+    /// Drag coefficient of shocks; zero by a solver that knows none.
+    pub cd_wave: Option<f64>,
+    /// Name of the flow solver; `None` where no solver took the point.
+    pub solver: Option<String>,
     /// A sentence for everything that was mended in the file of the section.
     pub repairs: Vec<String>,
     /// Wall-clock time in seconds.
@@ -108,6 +112,8 @@ impl AnalysisReport {
             cd_friction: number(solution.cd_friction),
             resolved: error.as_ref().map(|error| solution.resolves(error)),
             panel_error: error.map(|Coefficients { cl, cd, cm, .. }| PanelErrorReport { cl, cd, cm }),
+            cd_wave: number(solution.cd_wave),
+            solver: Some(solution.solver.into()),
             repairs: repairs.to_vec(),
             seconds,
             gradients: None,
@@ -139,6 +145,8 @@ impl AnalysisReport {
             cd_friction: none,
             resolved: None,
             panel_error: None,
+            cd_wave: none,
+            solver: None,
             repairs: repairs.to_vec(),
             seconds: 0.0,
             gradients: None,

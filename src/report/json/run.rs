@@ -48,6 +48,8 @@ pub struct RunReport {
     pub initial_variables: Named<f64>,
     /// The variables that stand at one of their bounds.
     pub active_bounds: Named<ActiveBoundReport>,
+    /// Name of the flow solver, which the run never changed; `None` without a flow.
+    pub flow_solver: Option<&'static str>,
     /// A sentence for everything that was mended in the files of the case.
     pub repairs: Vec<String>,
     /// Smallest fold indicator of the box; `None` without a box.
@@ -141,6 +143,7 @@ impl RunReport {
             initial: values(&|k| initial[k]),
             initial_variables: Named::by_variable(&case.problem, &start),
             active_bounds: active_bounds(case, end),
+            flow_solver: case.problem.flow_solver(),
             repairs: case.repairs(),
             min_fold_indicator: end.fold.map(|f| f.smallest_indicator),
             folded: end.fold.map(|f| f.folded),

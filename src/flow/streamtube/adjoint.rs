@@ -1,0 +1,331 @@
+//! Exact derivatives of the outputs of a solved flow, by the adjoint of the factorised system.
+//!
+//! The multipliers of the equations weigh the local derivatives of every term with respect to what it reads off the
+//! geometry. These sums pass back through the nodes to the columns of the background grid, whose derivatives are local
+//! again, and from there to the wall stations. The wall stations depend on all nodes of the section through the spline;
+//! they are differentiated forward, some nodes at a time. The cost does not depend on the number of outputs or design
+//! variables.
+
+use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
+use super::band::Multipliers;
+use super::equations::Held;
+use super::gas::{Flow, Parameters};
+use super::geometry::{displacement_thickness, gaps, movement};
+use super::kernel::{Input, Kernel, Pass, Row, Target};
+use super::numbering::{ALPHA, GLOBALS, Grid, STAGNATION, TRANSITION, Unknowns};
+use super::outputs::{OUTPUTS, Peak, outputs};
+use super::system::{Numbers, Problem};
+use crate::differentiate::Tangent;
+use crate::flow::coefficients::Derivatives;
+use crate::flow::layer::Side;
+
+/// One number for every output.
+type Lanes = [f64; OUTPUTS];
+/// Derivatives with respect to what a column of the grid depends on.
+type ByColumn = Tangent<COLUMN_INPUTS>;
+/// Coordinates of nodes that are differentiated at a time.
+const CHUNK: usize = 16;
+type ByNodes = Tangent<CHUNK>;
+/// Derivatives with respect to Mach and Reynolds number.
+type ByStream = Tangent<2>;
+
+fn add(sums: &mut Lanes, factor: f64, lanes: &Lanes) {
+    for (sum, lane) in sums.iter_mut().zip(lanes) {
+        *sum += factor * lane;
+    }
+}
+
+/// Derivatives of the outputs with respect to what the terms read off the geometry.
+#[derive(Debug, Clone)]
+struct Sensitivities {
+    nodes: Vec<[Lanes; 2]>,
+    points: [Vec<[Lanes; 2]>; 2],
+    normals: [Vec<[Lanes; 2]>; 2],
+    arcs: [Vec<Lanes>; 2],
+    gaps: Vec<Lanes>,
+    ahead: Vec<Lanes>,
+    trips: [Lanes; 2],
+    total: Lanes,
+    focus: [Lanes; 2],
+    origin: [Lanes; 2],
+}
+
+impl Sensitivities {
+    fn zeros(grid: &Grid) -> Self {
+        let zero = [0.0; OUTPUTS];
+        let wall = || [vec![[zero; 2]; grid.stations.fractions.len()], vec![[zero; 2]; grid.stations.fractions.len()]];
+        Self {
+            nodes: vec![[zero; 2]; grid.count() * grid.lines()],
+            points: wall(),
+            normals: wall(),
+            arcs: [vec![zero; grid.stations.fractions.len()], vec![zero; grid.stations.fractions.len()]],
+            gaps: vec![zero; grid.stations.behind.len()],
+            ahead: vec![zero; grid.stations.ahead + 1],
+            trips: [zero; 2],
+            total: zero,
+            focus: [zero; 2],
+            origin: [zero; 2],
+        }
+    }
+}
+
+/// The pass that weighs the derivatives of all terms with the multipliers.
+struct Gathering<'a> {
+    numbers: Numbers<'a, f64>,
+    flow: &'a Flow<f64>,
+    multipliers: &'a Weights,
+    sums: Sensitivities,
+}
+
+/// The weights of all rows: the negative multipliers of the equations.
+struct Weights {
+    stations: Vec<Vec<Lanes>>,
+    globals: [Lanes; GLOBALS],
+}
+
+impl Weights {
+    fn new(multipliers: &Multipliers) -> Self {
+        let lanes = |matrix: &nalgebra::DMatrix<f64>, row: usize| std::array::from_fn(|o| -matrix[(row, o)]);
+        let station = |m: &nalgebra::DMatrix<f64>| (0..m.nrows()).map(|row| lanes(m, row)).collect();
+        Self {
+            stations: multipliers.stations.iter().map(station).collect(),
+            globals: std::array::from_fn(|g| lanes(&multipliers.globals, g)),
+        }
+    }
+
+    fn of(&self, row: Row) -> Lanes {
+        match row {
+            Row::Station(place) => self.stations[place.station][place.index],
+            Row::Global(g) => self.globals[g],
+            Row::Output(k) => std::array::from_fn(|o| if o == k { 1.0 } else { 0.0 }),
+        }
+    }
+}
+
+impl Pass for Gathering<'_> {
+    fn term<const N: usize, const M: usize>(
+        &mut self,
+        kernel: &impl Kernel<N, M>,
+        inputs: [Input; N],
+        targets: [Target; M],
+    ) {
+        let mut x = [Tangent::<N>::from_re(0.0); N];
+        for (k, input) in inputs.into_iter().enumerate() {
+            x[k] = Tangent::from_re(self.numbers.read(input)).derivative(k);
+        }
+        let results = kernel.evaluate::<Tangent<N>, f64>(x, self.flow);
+        for (result, target) in results.iter().zip(targets) {
+            let Some((row, factor)) = target else { continue };
+            let weights = self.multipliers.of(row);
+            for (k, input) in inputs.into_iter().enumerate() {
+                let sums = match input {
+                    Input::Unknown(_) | Input::Global(_) => continue,
+                    Input::Node { station, line, axis } => {
+                        &mut self.sums.nodes[self.numbers.geometry.index(station, line)][axis]
+                    }
+                    Input::Wall { side, point, axis } => &mut self.sums.points[side.index()][point][axis],
+                    Input::Arc { side, point } => &mut self.sums.arcs[side.index()][point],
+                    Input::Gap(number) => &mut self.sums.gaps[number],
+                    Input::Trip(side) => &mut self.sums.trips[side.index()],
+                    Input::Total => &mut self.sums.total,
+                };
+                add(sums, result.eps[k] * factor, &weights);
+            }
+        }
+    }
+}
+
+/// Derivatives of all outputs at fixed angle of attack, with respect to the nodes in the frame of the chord line, the
+/// angle, and the Mach and Reynolds number. The result is `None` where the equations are singular.
+pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2]) -> Option<[Derivatives; OUTPUTS]> {
+    let mut problem = solved.clone();
+    problem.held = Held::Angle;
+    problem.parameters.incidence = unknowns.globals[ALPHA];
+    let mut at = problem.linearise(unknowns, |pass| outputs(&problem.grid, peaks, pass))?;
+    let border = at.band.border();
+    if !at.band.factorise() {
+        return None;
+    }
+    let weights = Weights::new(&at.band.multipliers(&border)?);
+    let nodes = by_nodes(&problem, unknowns, peaks, &weights)?;
+    let stream = by_stream(&problem, unknowns, peaks, &weights)?;
+    let mut nodes = nodes.into_iter();
+    let derivatives: [Derivatives; OUTPUTS] = std::array::from_fn(|o| Derivatives {
+        nodes: nodes.next().unwrap_or_default(),
+        // the residual of the angle is the angle less the one that is held
+        alpha: -weights.globals[ALPHA][o],
+        mach: stream[0][o],
+        reynolds: stream[1][o],
+    });
+    let finite =
+        |d: &Derivatives| d.alpha.is_finite() && d.mach.is_finite() && d.nodes.iter().flatten().all(|v| v.is_finite());
+    derivatives.iter().all(finite).then_some(derivatives)
+}
+
+/// Derivatives with respect to Mach and Reynolds number.
+fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights: &Weights) -> Option<[Lanes; 2]> {
+    let parameters = problem.parameters.map(ByStream::from_re);
+    let parameters: Parameters<ByStream> =
+        Parameters { mach: parameters.mach.derivative(0), reynolds: parameters.reynolds.derivative(1), ..parameters };
+    let nodes: Vec<_> = problem.nodes.iter().map(|p| p.map(ByStream::from_re)).collect();
+    let residuals = problem.residuals_in(&nodes, &parameters, unknowns, |pass| {
+        problem.equations().pass(pass);
+        outputs(&problem.grid, peaks, pass);
+    })?;
+    let mut sums = [[0.0; OUTPUTS]; 2];
+    for (p, sums) in sums.iter_mut().enumerate() {
+        *sums = residuals.outputs.map(|o| o.eps[p]);
+        let rows = residuals.stations.iter().flatten().zip(weights.stations.iter().flatten());
+        for (residual, weights) in rows.chain(residuals.globals.iter().zip(&weights.globals)) {
+            if residual.eps[p] != 0.0 {
+                add(sums, residual.eps[p], weights);
+            }
+        }
+    }
+    Some(sums)
+}
+
+/// Derivatives with respect to the nodes of the section, one list per output.
+fn by_nodes(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    peaks: &[Peak; 2],
+    weights: &Weights,
+) -> Option<Vec<Vec<[f64; 2]>>> {
+    let flow = problem.flow();
+    let geometry = problem.geometry(unknowns)?;
+    let mut pass = Gathering {
+        numbers: Numbers { geometry: &geometry, unknowns },
+        flow: &flow,
+        multipliers: weights,
+        sums: Sensitivities::zeros(&problem.grid),
+    };
+    problem.equations().pass(&mut pass);
+    outputs(&problem.grid, peaks, &mut pass);
+    let mut sums = pass.sums;
+    for station in 0..problem.grid.count() {
+        for side in Side::BOTH {
+            back_through_column(problem, unknowns, &geometry.wall, &geometry.gaps, (station, side), &mut sums);
+        }
+    }
+    through_wall(problem, unknowns, &sums)
+}
+
+/// Passes the sensitivities of the nodes of one side at a station on to what the column depends on.
+fn back_through_column(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    wall: &WallStations<f64>,
+    gaps: &[f64],
+    (station, side): (usize, Side),
+    sums: &mut Sensitivities,
+) {
+    let grid = &problem.grid;
+    let (nose, edge) = (grid.stations.nose(), grid.stations.edge());
+    let law = problem.flow().stream;
+    let inputs = wall.column_inputs(&grid.stations, station, side).numbers();
+    let seeded = std::array::from_fn(|k| ByColumn::from_re(inputs[k]).derivative(k));
+    let nodes = column(&grid.stations, station, side, &ColumnInputs::from_numbers(seeded));
+    let thickness = grid
+        .carrier(station, side)
+        .map_or(0.0, |sheet| displacement_thickness(unknowns.layer(grid, station, sheet), &law));
+    let mut by = [[0.0; OUTPUTS]; COLUMN_INPUTS];
+    for (height, node) in nodes.iter().enumerate() {
+        let line = grid.line(side, height);
+        let movement = movement(grid, station, line);
+        let mut displacement = thickness * movement.by_layer;
+        if movement.free {
+            displacement += unknowns.at(grid.displacement(station, line));
+        }
+        let own = sums.nodes[station * grid.lines() + line];
+        if movement.by_gap != 0.0 {
+            displacement += gaps[station - edge] * movement.by_gap;
+            for c in 0..2 {
+                add(&mut sums.gaps[station - edge], movement.by_gap * node.direction[c].re, &own[c]);
+            }
+        }
+        for c in 0..2 {
+            for (k, by) in by.iter_mut().enumerate() {
+                let slope = node.place[c].eps[k] + displacement * node.direction[c].eps[k];
+                if slope != 0.0 {
+                    add(by, slope, &own[c]);
+                }
+            }
+        }
+    }
+    let (k, number) = (side.index(), station.clamp(nose, edge) - nose);
+    add(&mut sums.ahead[nose.saturating_sub(station)], 1.0, &by[10]);
+    for c in 0..2 {
+        add(&mut sums.points[k][number][c], 1.0, &by[c]);
+        add(&mut sums.normals[k][number][c], 1.0, &by[2 + c]);
+        if station > edge {
+            // the middle of the edge
+            for end in &mut sums.points {
+                add(&mut end[number][c], 0.5, &by[4 + c]);
+            }
+        } else {
+            add(&mut sums.points[k][number][c], 1.0, &by[4 + c]);
+        }
+        add(&mut sums.focus[c], 1.0, &by[6 + c]);
+        add(&mut sums.origin[c], 1.0, &by[8 + c]);
+    }
+}
+
+/// Passes the sensitivities of wall stations, gaps and trips on to the nodes of the section.
+fn through_wall(problem: &Problem, unknowns: &Unknowns, sums: &Sensitivities) -> Option<Vec<Vec<[f64; 2]>>> {
+    let count = problem.nodes.len();
+    let mut results = vec![vec![[0.0; 2]; count]; OUTPUTS];
+    for start in (0..2 * count).step_by(CHUNK) {
+        let seed = |i: usize, c: usize| {
+            let x = ByNodes::from_re(problem.nodes[i][c]);
+            let direction = 2 * i + c;
+            if (start..start + CHUNK).contains(&direction) { x.derivative(direction - start) } else { x }
+        };
+        let nodes: Vec<_> = (0..count).map(|i| [seed(i, 0), seed(i, 1)]).collect();
+        let shape = problem.shape(&nodes)?;
+        let place = |g: usize| ByNodes::from_re(unknowns.globals[g]);
+        let wall = WallStations::new(&problem.grid.stations, &shape.curve, place(STAGNATION), TRANSITION.map(place));
+        let mut by = [[0.0; OUTPUTS]; CHUNK];
+        let mut chain = |number: &ByNodes, lanes: &Lanes| {
+            for (by, slope) in by.iter_mut().zip(number.eps) {
+                if slope != 0.0 {
+                    add(by, slope, lanes);
+                }
+            }
+        };
+        for k in 0..2 {
+            for (number, lanes) in wall.arcs[k].iter().zip(&sums.arcs[k]) {
+                chain(number, lanes);
+            }
+            for c in 0..2 {
+                for (point, lanes) in wall.points[k].iter().zip(&sums.points[k]) {
+                    chain(&point[c], &lanes[c]);
+                }
+                for (normal, lanes) in wall.normals[k].iter().zip(&sums.normals[k]) {
+                    chain(&normal[c], &lanes[c]);
+                }
+            }
+            if let Some(trip) = &shape.trips[k] {
+                chain(trip, &sums.trips[k]);
+            }
+        }
+        for c in 0..2 {
+            chain(&wall.focus[c], &sums.focus[c]);
+            chain(&wall.origin[c], &sums.origin[c]);
+        }
+        for (gap, lanes) in gaps(&problem.grid, &wall).iter().zip(&sums.gaps) {
+            chain(gap, lanes);
+        }
+        for (distance, lanes) in wall.ahead.iter().zip(&sums.ahead) {
+            chain(distance, lanes);
+        }
+        chain(&wall.total, &sums.total);
+        for (k, by) in by.iter().enumerate().take(2 * count - start) {
+            let direction = start + k;
+            for (o, value) in by.iter().enumerate() {
+                results[o][direction / 2][direction % 2] = *value;
+            }
+        }
+    }
+    Some(results)
+}

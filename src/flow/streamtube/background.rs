@@ -1,0 +1,239 @@
+//! The background grid: nodes and directions of displacement as an explicit smooth function of the shape, the
+//! stagnation point and transition.
+//!
+//! Wall stations stand on the section at fixed fractions of the way from the stagnation point to the trailing edge; the
+//! fractions shift a little so that one station stands exactly at transition. The lines are those of the flow past the
+//! parabola with the nose radius, whose dividing line hits the wall at the stagnation point. With ζ(z) = √(2 (z − f))
+//! and the focus f of the parabola, they are Z(w) = (√(2w) + ζ₀)²/2 for w = φ + iψ. Lines across the flow start at the
+//! wall stations, and spread away from the nose so that they do not crowd at the stagnation point.
+
+use super::grading::Stations;
+use super::section_curve::SectionCurve;
+use crate::flow::layer::Side;
+use crate::plane::{dot, minus};
+use crate::scalar::Scalar;
+
+/// Fraction of a side from which on the side, not the sign of y, tells the branch of the root.
+const BRANCH: f64 = 0.2;
+/// Stream function over which the lines across the flow spread, per unit of the spread.
+const SPREAD: f64 = 4.0;
+
+fn plus<S: Scalar>(a: [S; 2], b: [S; 2]) -> [S; 2] {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+/// The root of twice a complex number, with the cut along the positive real axis.
+fn root<S: Scalar>([a, b]: [S; 2]) -> [S; 2] {
+    let r = (a * a + b * b).sqrt();
+    if a.re() > 0.0 {
+        let x = (r + a).sqrt();
+        let x = if b.re() >= 0.0 { x } else { -x };
+        [x, b / x]
+    } else {
+        let y = (r - a).sqrt();
+        [b / y, y]
+    }
+}
+
+/// Half the square of a complex number.
+fn half_square<S: Scalar>([x, y]: [S; 2]) -> [S; 2] {
+    [(x * x - y * y) * 0.5, x * y]
+}
+
+/// The unit vector along (slope + i) ζ/ζ', the line across the flow.
+fn direction<S: Scalar>(z: [S; 2], w: [S; 2], slope: S) -> [S; 2] {
+    let r = dot(w, w);
+    let (a, b) = (dot(z, w) / r, (z[1] * w[0] - z[0] * w[1]) / r);
+    let v = [slope * a - b, a + slope * b];
+    let length = dot(v, v).sqrt();
+    v.map(|c| c / length)
+}
+
+/// Everything that the grid takes from the section.
+#[derive(Debug, Clone)]
+pub(super) struct WallStations<S> {
+    /// Points of the wall stations of both sides, from the stagnation point on.
+    pub points: [Vec<[S; 2]>; 2],
+    /// Outward normals there.
+    pub normals: [Vec<[S; 2]>; 2],
+    /// Arc lengths from the stagnation point.
+    pub arcs: [Vec<S>; 2],
+    /// Focus of the parabola.
+    pub focus: [S; 2],
+    /// The stagnation point in the plane of the parabola.
+    pub origin: [S; 2],
+    /// Distances ahead of the nose in the plane of the parabola, from the nose on.
+    pub ahead: Vec<S>,
+    /// Arc length of the surface.
+    pub total: S,
+}
+
+/// Weight of the shift of a fraction.
+fn shift_weight(fraction: f64) -> f64 {
+    fraction * (1.0 - fraction).powi(3)
+}
+
+impl<S: Scalar> WallStations<S> {
+    /// The wall stations for the arc lengths of the stagnation point from the first node and of transition on both sides
+    /// from there.
+    pub fn new(stations: &Stations, curve: &SectionCurve<S>, stagnation: S, transition: [S; 2]) -> Self {
+        let (focus, stagnation_point) = (curve.focus(), curve.point(curve.index(stagnation)));
+        let mut wall = Self {
+            points: [vec![], vec![]],
+            normals: [vec![], vec![]],
+            arcs: [vec![], vec![]],
+            focus,
+            origin: root(minus(stagnation_point, focus)),
+            ahead: vec![],
+            total: curve.total(),
+        };
+        for side in Side::BOTH {
+            let k = side.index();
+            let length = side.length(stagnation, curve.total());
+            let turning = stations.fractions[stations.turning[k]];
+            let shift = (transition[k] / length - turning) / shift_weight(turning);
+            for &fraction in &stations.fractions {
+                let arc = (shift * shift_weight(fraction) + fraction) * length;
+                let at_edge = fraction == 1.0;
+                let index =
+                    if at_edge { S::from(curve.edge_index(side)) } else { curve.index(side.place(stagnation, arc)) };
+                let point = curve.point(index);
+                // the curve may start flat over the index at the edge, so that it has no direction there
+                let [dx, dy] = match wall.points[k].last() {
+                    Some(&before) if at_edge => minus(before, point).map(|c| c * side.sign()),
+                    _ => curve.tangent(index),
+                };
+                let length = (dx * dx + dy * dy).sqrt();
+                wall.points[k].push(point);
+                wall.normals[k].push([dy / length, -dx / length]);
+                wall.arcs[k].push(arc);
+            }
+        }
+        // the first step of the upper side
+        let first = root(minus(wall.points[0][1], focus))[0] - wall.origin[0];
+        wall.ahead = stations.ahead(first);
+        wall
+    }
+
+    /// The middle of the trailing edge.
+    fn edge(&self) -> [S; 2] {
+        let [a, b] = [0, 1].map(|side| self.points[side][self.points[side].len() - 1]);
+        [(a[0] + b[0]) * 0.5, (a[1] + b[1]) * 0.5]
+    }
+
+    /// Height of the trailing edge.
+    pub fn edge_height(&self) -> S {
+        let [a, b] = [0, 1].map(|side| self.points[side][self.points[side].len() - 1]);
+        let gap = minus(a, b);
+        let square = dot(gap, gap);
+        // the edge of a sharp section is one point, and stays one
+        if square.re() == 0.0 { S::from(0.0) } else { square.sqrt() }
+    }
+
+    /// The numbers that a column of the grid depends on.
+    pub fn column_inputs(&self, stations: &Stations, station: usize, side: Side) -> ColumnInputs<S> {
+        let (nose, edge, k) = (stations.nose(), stations.edge(), side.index());
+        let number = station.clamp(nose, edge) - nose;
+        let wall = self.points[k][number];
+        let base = if station > edge { self.edge() } else { wall };
+        let ahead = self.ahead[nose.saturating_sub(station)];
+        ColumnInputs { wall, normal: self.normals[k][number], base, focus: self.focus, origin: self.origin, ahead }
+    }
+}
+
+/// The numbers that the nodes of one side at a station depend on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ColumnInputs<S> {
+    /// The wall point of the station: the nose ahead of it, the edge of the side behind it.
+    pub wall: [S; 2],
+    /// Outward normal there.
+    pub normal: [S; 2],
+    /// The wall point, and behind the edge the middle of the edge.
+    pub base: [S; 2],
+    pub focus: [S; 2],
+    pub origin: [S; 2],
+    /// Distance ahead of the nose in the plane of the parabola; zero from the nose on.
+    pub ahead: S,
+}
+
+/// Number of numbers that a column depends on.
+pub(super) const COLUMN_INPUTS: usize = 11;
+
+impl<S: Scalar> ColumnInputs<S> {
+    /// The numbers in the order of the fields.
+    pub fn numbers(&self) -> [S; COLUMN_INPUTS] {
+        let all = [self.wall, self.normal, self.base, self.focus, self.origin];
+        std::array::from_fn(|k| if k < 10 { all[k / 2][k % 2] } else { self.ahead })
+    }
+
+    pub fn from_numbers(x: [S; COLUMN_INPUTS]) -> Self {
+        let pair = |k: usize| [x[2 * k], x[2 * k + 1]];
+        Self { wall: pair(0), normal: pair(1), base: pair(2), focus: pair(3), origin: pair(4), ahead: x[10] }
+    }
+}
+
+/// A node without displacement and the direction of its displacement.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BackgroundNode<S> {
+    pub place: [S; 2],
+    pub direction: [S; 2],
+}
+
+/// Abscissa φ and its slope of the line across the flow with parameter `tau`, at a height.
+fn spread<S: Scalar>(tau: S, height: f64) -> (S, S) {
+    let inverse = 1.0 / (1.0 + SPREAD * height);
+    let (e, slope) = (SPREAD * height * inverse, SPREAD * inverse * inverse);
+    let t2 = tau * tau;
+    let square = t2 * t2 + e * e;
+    let fourth = square.sqrt().sqrt();
+    (tau * fourth * 0.5, tau * (0.25 * e * slope) * fourth / square)
+}
+
+/// The nodes of one side at a station, from the dividing line outward. On the wall the first direction is the outward
+/// normal.
+pub(super) fn column<S: Scalar>(
+    stations: &Stations,
+    station: usize,
+    side: Side,
+    inputs: &ColumnInputs<S>,
+) -> Vec<BackgroundNode<S>> {
+    let (nose, edge) = (stations.nose(), stations.edge());
+    let (zero, one) = (S::from(0.0), S::from(1.0));
+    let sign = side.sign();
+    let behind = if station > edge { stations.behind[station - edge] } else { 0.0 };
+    let (tau, start, mut base) = if station < nose {
+        let eta = inputs.ahead;
+        (-eta, [zero, eta], inputs.base)
+    } else if station == nose {
+        (zero, [zero, zero], inputs.base)
+    } else {
+        let fraction = stations.fractions[station.min(edge) - nose];
+        let mut zeta = root(minus(inputs.wall, inputs.focus));
+        if fraction > BRANCH && (zeta[0].re() > 0.0) != (side == Side::Upper) {
+            zeta = zeta.map(|c| -c);
+        }
+        let tau = (zeta[0] - inputs.origin[0]) * sign;
+        let start = if behind > 0.0 { (tau * tau + 2.0 * behind).sqrt() * sign } else { tau * sign };
+        (tau, [start, zero], [inputs.base[0] + behind, inputs.base[1]])
+    };
+    let dividing = half_square(plus(start, inputs.origin));
+    let first = if station < nose {
+        base = plus(base, minus(dividing, half_square(inputs.origin)));
+        direction(plus(start, inputs.origin), start, zero)
+    } else if station <= edge {
+        inputs.normal
+    } else {
+        [zero, one]
+    };
+    let mut nodes = vec![BackgroundNode { place: base, direction: first }];
+    for &height in &stations.heights[1..] {
+        let (phi, slope) = spread(tau, height);
+        let w = root([phi + behind, S::from(height * sign)]);
+        let z = plus(w, inputs.origin);
+        nodes.push(BackgroundNode {
+            place: plus(base, minus(half_square(z), dividing)),
+            direction: direction(z, w, slope * sign),
+        });
+    }
+    nodes
+}

@@ -1,0 +1,340 @@
+//! The way from a section and an operating point to a solution of the streamtube solver.
+
+use super::equations::Held;
+use super::gas::Parameters;
+use super::grading::Stations;
+use super::newton::{Ended, From, Limits, solve};
+use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
+use super::record::StreamtubeRecord;
+use super::section_curve::SectionCurve;
+use super::settings::StreamtubeSettings;
+use super::start::{Guess, climb};
+use super::status;
+use super::system::Problem;
+use crate::flow::condition::{Condition, Incidence, Settings};
+use crate::flow::layer::Side;
+use crate::flow::solution::{Attempt, Solution};
+use crate::flow::solver::{FlowSection, FlowSolver};
+use crate::flow::{FlowError, PanelledSection, TrailingEdge};
+use std::any::Any;
+use std::sync::Arc;
+
+/// Range of the Mach number of the onset flow. Below, the pressures lose their digits against the static pressure;
+/// above, the domain is too small for the region of supersonic flow.
+const MACH: [f64; 2] = [0.1, 0.9];
+/// Largest angle between the onset flow and the chord line, in degrees.
+const LARGEST_INCIDENCE: f64 = 15.0;
+/// Strength and threshold of the dissipation.
+const DISSIPATION: (f64, f64) = (1.0, 0.98);
+/// Fraction of a side at which a free layer is taken to turn turbulent where nothing better is known.
+const USUAL_TRANSITION: f64 = 0.35;
+/// Mach number of the flow from which the place of free transition is guessed.
+const GUESS_MACH: f64 = 0.4;
+/// Largest distance, as fraction of the side, between transition and the station at which it was expected.
+const SHIFT: f64 = 0.35;
+/// Cells a side and tubes of the grid that is tried last.
+const COARSE: [usize; 2] = [60, 14];
+/// Difference between the fraction of a side and the place x of a point behind a usual nose.
+const NOSE: f64 = 0.02;
+/// Number of times that the stations are laid anew because transition has moved.
+const LAYINGS: usize = 4;
+
+/// The streamtube solver with its settings: the Euler equations in streamtubes (the method of Giles and Drela, 1987)
+/// solved together with integral boundary layers. It is meant for transonic flow with shocks of moderate strength, and
+/// takes subsonic flow down to a Mach number of 0.1.
+///
+/// ```
+/// use aeroform::flow::{Condition, FlowSolver, Incidence, StreamtubeSolver, panel_parameters};
+/// use aeroform::section::SectionDefinition;
+/// let section = SectionDefinition::parse("naca0012:sharp")?.section()?;
+/// let nodes: Vec<[f64; 2]> =
+///     panel_parameters(&section, 161).into_iter().map(|u| section.curve().point_at(u)).collect();
+/// let condition = Condition { mach: 0.8, trips: [Some(0.1); 2], ..Condition::new(Incidence::Alpha(0.0), 5e6) };
+/// let solution =
+///     StreamtubeSolver::default().section(&nodes, section.trailing_edge())?.analyze(&condition, None)?;
+/// assert!(solution.is_reliable());
+/// assert!((solution.coefficients.cd - 0.0156).abs() < 3e-4 && (solution.cd_wave - 0.0058).abs() < 2e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StreamtubeSolver {
+    /// Resolution and limits of every analysis.
+    pub settings: StreamtubeSettings,
+}
+
+impl FlowSolver for StreamtubeSolver {
+    fn name(&self) -> &'static str {
+        "streamtube"
+    }
+
+    fn check(&self, condition: &Condition) -> Result<(), FlowError> {
+        condition.check()?;
+        self.settings.check()?;
+        if (MACH[0]..=MACH[1]).contains(&condition.mach) {
+            return Ok(());
+        }
+        Err(FlowError::Condition { name: "Mach number", value: condition.mach, allowed: "from 0.1 to 0.9" })
+    }
+
+    fn section(&self, nodes: &[[f64; 2]], trailing_edge: TrailingEdge) -> Result<Box<dyn FlowSection>, FlowError> {
+        let panels = PanelledSection::new(nodes, trailing_edge)?;
+        let curve = SectionCurve::new(&panels.nodes.inside).ok_or(FlowError::UnevenNodes)?;
+        Ok(Box::new(StreamtubeSection { panels, curve, solver: *self }))
+    }
+}
+
+/// A section prepared for the streamtube solver.
+#[derive(Debug)]
+struct StreamtubeSection {
+    panels: PanelledSection,
+    curve: SectionCurve<f64>,
+    solver: StreamtubeSolver,
+}
+
+impl FlowSection for StreamtubeSection {
+    fn analyze(&self, condition: &Condition, warm: Option<&Solution>) -> Result<Solution, FlowError> {
+        self.solver.check(condition)?;
+        if let Incidence::Alpha(alpha) = condition.incidence {
+            let degrees = self.panels.nodes.frame.incidence(alpha).to_degrees();
+            let value = (degrees * 1e9).round() / 1e9;
+            if !(value.abs() <= LARGEST_INCIDENCE) {
+                let name = "angle between the onset flow and the chord line (degrees)";
+                return Err(FlowError::Condition { name, value, allowed: "from -15 to 15" });
+            }
+        }
+        Ok(self.solution(condition, warm))
+    }
+}
+
+/// The end of a search: the flow that was sought, its last state and how the iteration ended.
+struct Found {
+    problem: Problem,
+    unknowns: Unknowns,
+    ended: Ended,
+}
+
+impl StreamtubeSection {
+    fn solution(&self, condition: &Condition, warm: Option<&Solution>) -> Solution {
+        let mut attempts = Vec::new();
+        let record = warm.and_then(|solution| {
+            let record: &dyn Any = &*solution.record;
+            record.downcast_ref::<StreamtubeRecord>().filter(|_| solution.is_solved())
+        });
+        let near = record.and_then(|record| self.continued(condition, record, &mut attempts));
+        let found = near.unwrap_or_else(|| self.climbed(condition, &mut attempts));
+        let Found { problem, unknowns, ended } = found;
+        let record = StreamtubeRecord::new(problem, unknowns, self.panels.nodes.clone());
+        let coefficients = record.coefficients();
+        let cd_friction = record.friction_drag();
+        Solution {
+            status: status::of(&record, &ended, &self.solver.settings),
+            solver: self.solver.name(),
+            condition: *condition,
+            alpha: self.panels.nodes.frame.alpha(record.alpha()),
+            coefficients,
+            cd_pressure: coefficients.cd - cd_friction,
+            cd_friction,
+            cd_wave: record.wave_drag(),
+            stagnation: record.stagnation(),
+            residual: ended.residual,
+            iterations: ended.steps,
+            attempts,
+            record: Arc::new(record),
+        }
+    }
+
+    /// The flow that is sought, with transition expected at fractions of the sides.
+    fn problem(&self, condition: &Condition, turning: [f64; 2]) -> Problem {
+        let (held, incidence) = match condition.incidence {
+            Incidence::Alpha(alpha) => (Held::Angle, self.panels.nodes.frame.incidence(alpha)),
+            Incidence::Lift(lift) => (Held::Lift, lift),
+        };
+        Problem {
+            grid: Grid { stations: Stations::new(self.solver.settings.size(), turning), viscous: true },
+            nodes: self.panels.nodes.inside.clone(),
+            trips: condition.trips,
+            critical: condition.n_critical,
+            held,
+            fixed_transition: None,
+            parameters: Parameters {
+                mach: condition.mach,
+                reynolds: condition.reynolds,
+                incidence,
+                strength: DISSIPATION.0,
+                threshold: DISSIPATION.1,
+                order: 1.0,
+            },
+        }
+    }
+
+    /// Starts from the solution of a neighbouring flow; `None` where that does not lead to one.
+    fn continued(
+        &self,
+        condition: &Condition,
+        record: &StreamtubeRecord,
+        attempts: &mut Vec<Attempt>,
+    ) -> Option<Found> {
+        let old = &record.problem;
+        let mut problem = self.problem(condition, [0.1; 2]);
+        // the stations of free transition are those of the neighbour
+        let expected = self.turning_of_trips(condition);
+        problem.grid.stations.turning = std::array::from_fn(|k| match expected[k] {
+            Some(at) => self.problem(condition, [at; 2]).grid.stations.turning[k],
+            None => old.grid.stations.turning[k],
+        });
+        let fits = problem.grid == old.grid
+            && problem.nodes.len() == old.nodes.len()
+            && problem.held == old.held
+            && problem.trips == old.trips
+            && problem.critical == old.critical;
+        if !fits {
+            return None;
+        }
+        let mut unknowns = record.unknowns.clone();
+        let settings = &self.solver.settings;
+        let limits =
+            Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
+        let from = From { parameters: old.parameters, nodes: Some(&old.nodes) };
+        let ended = solve(&problem, Some(from), &mut unknowns, &limits);
+        if ended.converged && self.misplaced(&problem, &unknowns).is_none() {
+            return Some(Found { problem, unknowns, ended });
+        }
+        attempts.push(Attempt::of("from the neighbouring flow", ended.steps, ended.residual));
+        None
+    }
+
+    /// Fractions of the sides at which the layers turn turbulent at trips. They depend on the condition alone, so that
+    /// the stations do not hop while a shape is changed: the way round a usual nose is added to the place of the trip.
+    fn turning_of_trips(&self, condition: &Condition) -> [Option<f64>; 2] {
+        condition.trips.map(|trip| trip.filter(|x| *x < 1.0).map(|x| x + NOSE * (1.0 - x) * (1.0 - (-x / NOSE).exp())))
+    }
+
+    /// The fractions at which stations should be laid for transition, where they stand too far from it.
+    fn misplaced(&self, problem: &Problem, unknowns: &Unknowns) -> Option<[f64; 2]> {
+        let stations = &problem.grid.stations;
+        let fraction = |side: Side| {
+            let length = side.length(unknowns.globals[STAGNATION], self.curve.total());
+            unknowns.globals[TRANSITION[side.index()]] / length
+        };
+        let far = |side: Side| {
+            let k = side.index();
+            let mut expected = stations.fractions[stations.turning[k]];
+            if let Some(x) = problem.trips[k].filter(|x| *x < 1.0) {
+                // the station follows the trip
+                let trip = self.curve.arc_length(self.curve.index_at_x(side, x));
+                let stagnation = unknowns.globals[STAGNATION];
+                expected = side.distance(stagnation, trip) / side.length(stagnation, self.curve.total());
+            }
+            (fraction(side) - expected).abs() > SHIFT * expected.min(1.0 - expected)
+        };
+        Side::BOTH.into_iter().any(far).then(|| Side::BOTH.map(fraction))
+    }
+
+    /// Starts from nothing, and from another guess where the first one fails.
+    fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
+        let mut last = self.guessed(condition, true, attempts);
+        if last.ended.converged || !self.solver.settings.retry {
+            return last;
+        }
+        attempts.push(Attempt::of("from the panel flow", last.ended.steps, last.ended.residual));
+        let second = self.guessed(condition, false, attempts);
+        if second.ended.converged {
+            return second;
+        }
+        attempts.push(Attempt::of("from the nose", second.ended.steps, second.ended.residual));
+        // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
+        if let Some(coarse) = self.on_a_coarser_grid()
+            && let found = coarse.guessed(condition, true, attempts)
+            && found.ended.converged
+        {
+            last = found;
+        }
+        last
+    }
+
+    /// This section for a coarser grid; `None` where the grid is coarse already.
+    fn on_a_coarser_grid(&self) -> Option<Self> {
+        let settings = self.solver.settings;
+        let [cells, tubes] = COARSE;
+        let finer = settings.cells > cells && settings.tubes > tubes;
+        let solver = StreamtubeSolver { settings: StreamtubeSettings { cells, tubes, ..settings } };
+        finer.then(|| Self { panels: self.panels.clone(), curve: self.curve.clone(), solver })
+    }
+
+    /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are
+    /// laid anew where transition ends far from its station.
+    fn guessed(&self, condition: &Condition, panel: bool, attempts: &mut Vec<Attempt>) -> Found {
+        let mut turning = self.first_turning(condition);
+        let mut guess = self.guess(condition, panel);
+        let mut found;
+        let mut laid = 0;
+        loop {
+            let problem = self.problem(condition, turning);
+            for side in Side::BOTH {
+                let (k, length) = (side.index(), side.length(guess.stagnation, self.curve.total()));
+                guess.transition[k] = match condition.trips[k].filter(|x| *x < 1.0) {
+                    Some(x) => {
+                        let trip = self.curve.arc_length(self.curve.index_at_x(side, x));
+                        side.distance(guess.stagnation, trip).max(0.25 * turning[k] * length)
+                    }
+                    None => turning[k] * length,
+                };
+            }
+            let (unknowns, ended) = climb(&problem, &guess, &self.solver.settings);
+            found = Found { problem, unknowns, ended };
+            laid += 1;
+            match self.misplaced(&found.problem, &found.unknowns) {
+                Some(better) if laid < LAYINGS && found.ended.converged => {
+                    attempts.push(Attempt::of("stations of transition", found.ended.steps, found.ended.residual));
+                    // a layer that turned turbulent elsewhere than where it was to be tripped is expected there
+                    turning = better.map(|f| if f.is_finite() { f.clamp(0.005, 0.97) } else { USUAL_TRANSITION });
+                }
+                _ => return found,
+            }
+        }
+    }
+
+    /// Fractions of the sides at which transition is expected: at the trips, or where a slower panel flow has it.
+    fn first_turning(&self, condition: &Condition) -> [f64; 2] {
+        let trips = self.turning_of_trips(condition);
+        if let [Some(upper), Some(lower)] = trips {
+            return [upper, lower];
+        }
+        let slower = Condition { mach: condition.mach.min(GUESS_MACH), ..*condition };
+        let settings = Settings { retry: false, ..Settings::default() };
+        let solution = self.panels.analyze(&slower, &settings, None).ok().filter(Solution::is_solved);
+        let transition = solution.map_or([USUAL_TRANSITION; 2], |s| s.coefficients.transition);
+        std::array::from_fn(|k| transition[k].clamp(0.01, 0.97))
+    }
+
+    /// The first guess of the outer flow.
+    fn guess(&self, condition: &Condition, panel: bool) -> Guess {
+        let panels = &self.panels.response.panels;
+        let frame = &self.panels.nodes.frame;
+        let lift = |alpha: f64| self.panels.inviscid(frame.alpha(alpha), 0.0).map_or(0.0, |flow| flow.cl);
+        let alpha = match condition.incidence {
+            Incidence::Alpha(alpha) => frame.incidence(alpha),
+            Incidence::Lift(wanted) => {
+                // by the rule of Prandtl and Glauert
+                let slow = wanted * (1.0 - condition.mach * condition.mach).sqrt();
+                let zero = lift(0.0);
+                ((slow - zero) / (lift(0.1) - zero) * 0.1).clamp(-0.2, 0.2)
+            }
+        };
+        let speeds = panels.strengths(alpha);
+        let nose = self.curve.arc_length(self.curve.nose());
+        let crossing = (1..speeds.len()).filter(|&k| speeds[k - 1] > 0.0 && speeds[k] <= 0.0);
+        let places = crossing.map(|k| {
+            let share = speeds[k - 1] / (speeds[k - 1] - speeds[k]);
+            self.curve.arc_length((k - 1) as f64 + share)
+        });
+        let stagnation = places.min_by(|a, b| (a - nose).abs().total_cmp(&(b - nose).abs())).unwrap_or(nose);
+        Guess {
+            stagnation: if panel { stagnation } else { nose },
+            circulation: if panel { 0.5 * lift(alpha) } else { 0.0 },
+            alpha,
+            transition: [0.0; 2],
+            relaxed: panel,
+        }
+    }
+}
