@@ -48,13 +48,6 @@ impl Outline {
         self.nodes.len()
     }
 
-    /// The outline through whose nodes panels are laid, a little inside the surface; see [`balance`].
-    pub fn balanced(&self) -> Self {
-        let inner = self.nodes.windows(3).map(|w| balance([w[0], w[1], w[2]]));
-        let nodes = std::iter::once(self.nodes[0]).chain(inner).chain([self.nodes[self.len() - 1]]).collect();
-        Self { nodes, trailing_edge: self.trailing_edge }
-    }
-
     /// Start and end of panel `j`; panel `len − 1` closes a blunt trailing edge from the lower to the upper side.
     pub fn panel(&self, j: usize) -> [[f64; 2]; 2] {
         let next = if j + 1 == self.len() { 0 } else { j + 1 };
@@ -88,28 +81,6 @@ impl Outline {
             Place::Elsewhere
         }
     }
-}
-
-/// Share of κ h² by which [`balance`] moves a node inwards.
-pub(super) const INWARDS: f64 = 1.0 / 24.0;
-
-/// Moves the middle one of three nodes inwards by κ h²/24, with the curvature κ and the product h² of the two panel
-/// lengths.
-///
-/// Two errors of order h² pull apart. A polygon inscribed in the surface is too thin, by κ h²/12 on average: a move
-/// outwards by as much would put the surface in the middle of the panels. Strengths that are linear along a panel
-/// answer to a wave of the surface too strongly, by the factor 1 + (k h)²/12 with the wave number k: a move inwards by
-/// κ h²/12 would take that away. The second error is the larger one on sections from measured coordinates, whose
-/// curvature is ragged. On 252 random flows about real sections κ h²/24 inwards gave the smallest change of lift and
-/// drag at twice the panels: below 0.5 % in 97 % of them, against 90 % with κ h²/12 outwards and 95 % without a move.
-pub(crate) fn balance<S: Scalar>(nodes: [[S; 2]; 3]) -> [S; 2] {
-    let [a, b, c] = nodes;
-    let (before, behind) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-    let length = |v: [S; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
-    let (h1, h2) = (length(before), length(behind));
-    let factor = (h1 + h2).recip() * (2.0 * INWARDS);
-    let moved = |k: usize| b[k] + (behind[k] * h1 - before[k] * h2) * factor;
-    [moved(0), moved(1)]
 }
 
 /// Area enclosed by the polygon, positive counter-clockwise. The sum is taken about the first point to save digits.

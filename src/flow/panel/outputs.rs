@@ -104,8 +104,8 @@ fn add_loads(solved: &Solved, mut loads: [&mut Direct; 2]) {
         for (load, direct) in panel_loads(panel, cp, [cos, sin]).iter().zip(&mut loads) {
             let g = gradient(load);
             for (end, node) in [j, next].into_iter().enumerate() {
-                direct.balanced[node][0] += g[2 * end];
-                direct.balanced[node][1] += g[2 * end + 1];
+                direct.panels[node][0] += g[2 * end];
+                direct.panels[node][1] += g[2 * end + 1];
                 direct.strengths[node] += g[4 + end];
             }
             direct.alpha += g[6];

@@ -1,26 +1,27 @@
 //! Estimate of the error that the number of panels leaves in the coefficients.
 
-use super::outline::{INWARDS, balance};
 use crate::flow::coefficients::{Coefficients, Gradients};
+use crate::plane::{distance, minus};
 
 /// Estimated errors of the coefficients that come from the panels; `nodes` are the nodes of the section and `gradients`
 /// the derivatives with respect to them.
 ///
-/// The errors of panels act like a move of the surface by κ h²/12, with the curvature κ and the length h of the panels
-/// (see [`balance`]). The estimate is the exact directional derivative of each coefficient along that move of all
-/// nodes.
+/// The errors of panels act like a move of the surface by κ h²/12, with the curvature κ and the length h of the panels. A
+/// polygon inscribed in the surface is too thin by as much on average, and strengths that are linear along a panel answer
+/// to a wave of the surface too strongly, by the factor 1 + (k h)²/12 with the wave number k. The estimate is the exact
+/// directional derivative of each coefficient along that move of all nodes.
 pub(super) fn panel_error(nodes: &[[f64; 2]], gradients: &Gradients) -> Coefficients {
-    let share = 1.0 / 12.0 / INWARDS;
-    let moves: Vec<[f64; 2]> = nodes
-        .windows(3)
-        .map(|w| {
-            let moved = balance([w[0], w[1], w[2]]);
-            [0, 1].map(|c| share * (moved[c] - w[1][c]))
-        })
-        .collect();
+    let moves: Vec<[f64; 2]> = nodes.windows(3).map(|w| bulge([w[0], w[1], w[2]])).collect();
     // the ends stay
     let along = |by: &[[f64; 2]]| moves.iter().zip(&by[1..]).map(|(m, by)| m[0] * by[0] + m[1] * by[1]).sum::<f64>();
     gradients.as_ref().map(|derivatives| along(&derivatives.nodes).abs())
+}
+
+/// κ h²/12 inwards at the middle one of three nodes, with the curvature κ and the product h² of the two panel lengths.
+fn bulge([a, b, c]: [[f64; 2]; 3]) -> [f64; 2] {
+    let (before, behind) = (minus(b, a), minus(c, b));
+    let (h1, h2) = (distance(a, b), distance(b, c));
+    [0, 1].map(|k| (behind[k] * h1 - before[k] * h2) / (6.0 * (h1 + h2)))
 }
 
 #[cfg(test)]

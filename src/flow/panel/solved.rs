@@ -26,8 +26,8 @@ pub(super) struct Solved<'a> {
 pub(super) struct Direct {
     /// Derivatives with respect to the vortex strengths at the nodes.
     pub strengths: Vec<f64>,
-    /// Derivatives with respect to the [balanced](super::outline::balance) nodes.
-    pub balanced: Vec<[f64; 2]>,
+    /// Derivatives with respect to the nodes of the panels.
+    pub panels: Vec<[f64; 2]>,
     /// Derivatives with respect to the nodes in the frame of the section, by themselves.
     pub given: Vec<[f64; 2]>,
     /// Numbers of points along the surface, with the derivatives with respect to the node indices of these points.
@@ -47,7 +47,7 @@ impl Direct {
     pub fn none(nodes: usize, stations: usize) -> Self {
         Self {
             strengths: vec![0.0; nodes],
-            balanced: vec![[0.0; 2]; nodes],
+            panels: vec![[0.0; 2]; nodes],
             given: vec![[0.0; 2]; nodes],
             index: Vec::new(),
             unknowns: Change::zeros(stations),

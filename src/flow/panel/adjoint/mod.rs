@@ -53,7 +53,7 @@ fn gradients_of(direct: &Coefficients<Direct>, solved: &Solved, reduced: &Reduce
     influence::add_panels(&reverse, &reverse.at_solution, &weights, &mut collected);
     wake::add_wake(solved, &reverse, &weights, &mut collected);
     surface::add_surface(solved, &reverse, direct, &mut collected);
-    let mut gradients = collected.finish(solved.nodes);
+    let mut gradients = collected.finish();
     for (gradient, direct) in gradients.iter_mut().zip(direct.iter()) {
         for (node, given) in gradient.nodes.iter_mut().zip(&direct.given) {
             *node = [node[0] + given[0], node[1] + given[1]];

@@ -1,9 +1,8 @@
 //! The multipliers of all coefficients in the form the reverse sweep needs, and the derivatives that the sweep
 //! collects.
 
-use crate::differentiate::Tangent;
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients, Derivatives, Gradients};
-use crate::flow::duals::{Dual2, gradient};
+use crate::flow::duals::Dual2;
 use crate::flow::layer::{Derived, Numbering, Side};
 use crate::flow::linear::product;
 use crate::flow::panel::compressibility::PanelEdge;
@@ -11,7 +10,6 @@ use crate::flow::panel::coupling::reduced::{Multipliers, Reduced};
 use crate::flow::panel::coupling::response::{FlowResponse, SectionResponse, smooth, wake_strength_matrix};
 use crate::flow::panel::coupling::speeds::per_rate;
 use crate::flow::panel::coupling::system::{Linearised, mass_defect};
-use crate::flow::panel::outline::balance;
 use crate::flow::panel::solved::{Direct, Solved, output_gradient, through_defects};
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -66,9 +64,9 @@ impl Strengths {
     }
 }
 
-/// The derivatives that the sweep collects: with respect to the balanced nodes, and with respect to the scalar inputs.
+/// The derivatives that the sweep collects: with respect to the nodes of the panels, and with respect to the scalar inputs.
 pub(super) struct Collected {
-    /// Derivatives with respect to the balanced nodes.
+    /// Derivatives with respect to the nodes of the panels.
     pub nodes: Coefficients<Vec<[f64; 2]>>,
     /// Derivatives with respect to the angle of attack, per radian.
     pub alpha: Lanes,
@@ -87,7 +85,7 @@ impl Collected {
     /// The direct dependence of the coefficients, to which the sweep adds.
     pub fn new(direct: &Coefficients<Direct>) -> Self {
         Self {
-            nodes: direct.as_ref().map(|d| d.balanced.clone()),
+            nodes: direct.as_ref().map(|d| d.panels.clone()),
             alpha: lanes(direct, |d| d.alpha),
             mach: lanes(direct, |d| d.mach),
             reynolds: lanes(direct, |d| d.reynolds),
@@ -123,32 +121,11 @@ impl Collected {
         self.reynolds += sums[1];
     }
 
-    /// Turns the derivatives with respect to the balanced nodes into those with respect to the nodes as they were
-    /// given.
-    pub fn finish(self, nodes: &[[f64; 2]]) -> Gradients {
-        let n = nodes.len();
-        let mut given = self.nodes.as_ref().map(|balanced| {
-            let mut own = vec![[0.0; 2]; n];
-            own[0] = balanced[0];
-            own[n - 1] = balanced[n - 1];
-            own
-        });
-        for i in 1..n - 1 {
-            let unit = |k: usize, c: usize| Tangent::<6>::from_re(nodes[i + k - 1][c]).derivative(2 * k + c);
-            let seed = |k: usize| [unit(k, 0), unit(k, 1)];
-            let moved = balance([seed(0), seed(1), seed(2)]).map(|c| gradient(&c));
-            for (given, balanced) in given.iter_mut().zip(self.nodes.iter()) {
-                let [x, y] = balanced[i];
-                for k in 0..3 {
-                    for c in 0..2 {
-                        given[i + k - 1][c] += x * moved[0][2 * k + c] + y * moved[1][2 * k + c];
-                    }
-                }
-            }
-        }
+    /// The derivatives of each coefficient.
+    pub fn finish(self) -> Gradients {
         let scalars =
             Coefficients::from_array(std::array::from_fn(|o| [self.alpha[o], self.mach[o], self.reynolds[o]]));
-        given.zip(scalars).map(|(nodes, [alpha, mach, reynolds])| Derivatives { nodes, alpha, mach, reynolds })
+        self.nodes.zip(scalars).map(|(nodes, [alpha, mach, reynolds])| Derivatives { nodes, alpha, mach, reynolds })
     }
 }
 

@@ -1,15 +1,14 @@
 //! The multipliers in the places where the reverse sweep needs them, and what is left of it besides panels, wake and
 //! surface, against forward sweeps.
 
-use super::reverse::{Collected, Lanes, lanes};
+use super::reverse::{Collected, lanes};
 use super::testing::{Sums, at_solutions};
-use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
+use crate::flow::coefficients::COEFFICIENTS;
 use crate::flow::layer::Derived;
 use crate::flow::panel::compressibility::PanelEdge;
 use crate::flow::panel::coupling::response::smooth;
 use crate::flow::panel::coupling::speeds::{EdgeSpeeds, Positions, node_strengths};
 use crate::flow::panel::coupling::system::{mass_defect, signed};
-use crate::flow::panel::outline::balance;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::testing::{Direction, Forward, assert_same, moving, wave};
 use crate::flow::surface::spline::combine_real;
@@ -39,27 +38,6 @@ fn the_gas_adds_the_change_of_the_equations_and_of_the_defects() {
                 None => -multipliers[i],
                 Some(k) => lanes(&reverse.mass, |mass| mass[k]),
             });
-        }
-    });
-}
-
-#[test]
-fn derivatives_with_respect_to_balanced_nodes_become_those_with_respect_to_the_nodes_given() {
-    at_solutions(|solved, _, _| {
-        let n = solved.nodes.len();
-        let weight = |i: usize, o: usize| [wave(o, 2 * i), wave(o + 1, 2 * i + 1)];
-        let mut collected = Collected::nothing(n);
-        for (o, nodes) in collected.nodes.iter_mut().enumerate() {
-            *nodes = (0..n).map(|i| weight(i, o)).collect();
-        }
-        let gradients = collected.finish(solved.nodes);
-        for direction in Direction::several(&solved.system.section.panels.outline) {
-            let nodes = direction.moved(solved.nodes);
-            let mut balanced = nodes.clone();
-            (1..n - 1).for_each(|i| balanced[i] = balance([nodes[i - 1], nodes[i], nodes[i + 1]]));
-            let found = Coefficients::from_array(gradients.as_ref().to_array().map(|gradient| gradient.nodes.clone()));
-            let sums = Sums::zero().over_points(&found, &direction.nodes);
-            sums.assert_are("balance", balanced.as_flattened(), |i| Lanes::from_fn(|o, _| weight(i / 2, o)[i % 2]));
         }
     });
 }

@@ -80,7 +80,7 @@ impl Motion<'_> {
     fn contracted(&self, direct: &Direct) -> [f64; 2] {
         let inputs = &self.inputs;
         let mut terms = vec![direct.alpha * inputs.alpha, direct.mach * inputs.mach, direct.reynolds * inputs.reynolds];
-        for by_nodes in [&direct.balanced, &direct.given] {
+        for by_nodes in [&direct.panels, &direct.given] {
             let pairs = by_nodes.as_flattened().iter().zip(inputs.nodes.as_flattened());
             terms.extend(pairs.map(|(by, rate)| by * rate));
         }
