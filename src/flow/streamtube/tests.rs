@@ -279,7 +279,8 @@ fn the_adjoint_agrees_with_the_forward_route() {
         let forward = direct.outputs[o].eps[0] + at.band.times_global(GLOBALS + o, &change);
         let reverse: f64 =
             adjoint[o].nodes.iter().enumerate().map(|(i, by)| by[0] * smooth(i)[0] + by[1] * smooth(i)[1]).sum();
-        assert!((forward / reverse - 1.0).abs() < 1e-9, "output {o}: {forward} {reverse}");
+        // the block factorisation pivots inside blocks only, which costs some digits
+        assert!((forward / reverse - 1.0).abs() < 2e-8, "output {o}: {forward} {reverse}");
     }
 }
 
