@@ -38,7 +38,7 @@ pub enum Quantity {
     Soft {
         /// The quantity that is limited.
         quantity: Box<Quantity>,
-        /// Its limit.
+        /// The limit, with the weight of what goes beyond it.
         limit: SoftLimit,
     },
 }
