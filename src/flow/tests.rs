@@ -488,8 +488,9 @@ fn a_section_in_the_mirror_has_the_flow_in_the_mirror() {
         };
         let expected = in_the_mirror(&reflected, negative);
         for ((what, a), b) in other.named().zip(expected.iter()) {
-            let scale = b.nodes.as_flattened().iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-            let close = |a: f64, b: f64| (a - b).abs() < 3e-9 * scale;
+            // a transition that hangs at the trailing edge hardly moves, and the residual of the flow leaves 1e-13 of it
+            let scale = b.nodes.as_flattened().iter().fold(1e-3, |most: f64, d| most.max(d.abs()));
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * scale;
             assert!(close(a.alpha, b.alpha) && close(a.mach, b.mach), "{name}, {what}: {a:?} for {b:?}");
             assert!(close(2e6 * a.reynolds, 2e6 * b.reynolds), "{name}, {what}: {} {}", a.reynolds, b.reynolds);
             for (i, (a, b)) in a.nodes.as_flattened().iter().zip(b.nodes.as_flattened()).enumerate() {
