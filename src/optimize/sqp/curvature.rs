@@ -15,8 +15,8 @@ const RELAXATION: f64 = 0.5;
 /// Number of the latest steps that are gone through once more at the end: they hold best where the run is now, and an
 /// update by one step spoils what the others have found.
 const REPEATED: usize = 10;
-/// Number of steps from which on the latest are gone through once more. The first steps of a run are long, and two
-/// passes would take the curvature along them for that of the end.
+/// Number of steps from which on the model is made anew with every step, and goes through the latest steps once more.
+/// The first steps of a run are long, and the multipliers change much: until then each step updates the model once.
 const SETTLED: usize = 25;
 /// Number of steps that are remembered.
 const REMEMBERED: usize = 300;
@@ -32,8 +32,8 @@ struct Step {
 
 /// A positive definite model of the Hessian of the Lagrangian, in natural steps of the variables.
 ///
-/// The steps are remembered with the change of every gradient, and the model is made anew from all of them with every
-/// change of the multipliers: what a constraint has shown on the way counts as much as its multiplier does now.
+/// The steps are remembered with the change of every gradient, and late in a run the model is made anew from all of them
+/// with every change of the multipliers: what a constraint has shown on the way counts as much as its multiplier does now.
 pub(super) struct Curvature {
     matrix: DMatrix<f64>,
     steps: VecDeque<Step>,
@@ -75,9 +75,16 @@ impl Curvature {
         self.steps.push_back(Step { way, changes });
         let weights = std::iter::once(1.0).chain(multipliers.iter().map(|m| -m));
         let weights = DVector::from_iterator(1 + multipliers.len(), weights);
+        if self.steps.len() < SETTLED {
+            if let Some(step) = self.steps.pop_back() {
+                self.update(&step.way, &(&step.changes * &weights));
+                self.steps.push_back(step);
+            }
+            return;
+        }
         self.restart();
         let steps = std::mem::take(&mut self.steps);
-        let latest = if steps.len() < SETTLED { steps.len() } else { steps.len() - REPEATED };
+        let latest = steps.len() - REPEATED;
         for step in steps.iter().chain(steps.range(latest..)) {
             self.update(&step.way, &(&step.changes * &weights));
         }

@@ -15,7 +15,7 @@
 //!   lower the objective as predicted though the merit function rises, against the effect of Maratos. A step that is
 //!   refused is tried again with the curvature of the constraints taken into account.
 //! * **Curvature.** Damped BFGS that begins with too little curvature, lowers what it does not know where a step finds
-//!   less than modelled, and learns from refused steps as well. It is made anew from all steps with every change of the
+//!   less than modelled, and learns from refused steps as well. Late in a run it is made anew from all steps with every change of the
 //!   multipliers, and goes through the latest steps twice late in a run.
 //! * **Margins.** Inequalities that are violated or active at the start keep a distance at first, which shrinks: the
 //!   way there otherwise ends on a limit from which the run does not come back.
