@@ -17,7 +17,7 @@ fn of(arguments: &[&str]) -> Value {
     json(&output)
 }
 
-const POINT: [&str; 23] = [
+const POINT: [&str; 24] = [
     "converged",
     "beyond_model",
     "status",
@@ -37,6 +37,7 @@ const POINT: [&str; 23] = [
     "cd_friction",
     "resolved",
     "panel_error",
+    "station_error",
     "cd_wave",
     "solver",
     "repairs",

@@ -168,12 +168,13 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
     for (name, value, unit) in numbers {
         text.push_str(&format!("  {name:22} {:>12}{unit}\n", engineering(value, DIGITS)));
     }
-    if let Some(error) = solution.panel_error().filter(|error| !solution.resolves(error)) {
+    if let Some(error) = solution.discretisation_error().filter(|error| !error.is_small(coefficients)) {
+        let [panels, stations] = [error.panels, error.stations]
+            .map(|e| format!("{} in CL and {} counts in CD", engineering(e.cl, 2), engineering(1e4 * e.cd, 2)));
         text.push_str(&format!(
-            "{} panels may be too few: an estimated error of {} in CL and {} counts in CD; see --panels\n",
+            "the numbers are not resolved: {} panels leave an estimated error of {panels} (see --panels), the stations of \
+             the boundary layer one of {stations}\n",
             arguments.point.panels,
-            engineering(error.cl, 2),
-            engineering(1e4 * error.cd, 2)
         ));
     }
     text

@@ -3,6 +3,7 @@
 use super::FlowError;
 use super::coefficients::{Coefficients, Derivatives, Gradients};
 use super::condition::{Condition, Incidence};
+use super::resolution::{DiscretisationError, at_fixed_lift};
 use crate::scalar::Scalar;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
@@ -115,11 +116,6 @@ impl std::fmt::Display for Status {
     }
 }
 
-/// Relative error of lift and drag below which a solution counts as resolved.
-const RESOLVED: f64 = 0.0025;
-/// Lift coefficient below which the error of the lift is compared with this number instead of the lift.
-const SMALL_LIFT: f64 = 0.1;
-
 /// One attempt of the solver, for the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
@@ -186,6 +182,12 @@ pub(super) trait Record: Any + Debug + Send + Sync {
     /// Estimated errors of the coefficients that come from the panels, from the derivatives of the coefficients; `None`
     /// for a solver without panels.
     fn panel_error(&self, _gradients: &Gradients) -> Option<Coefficients> {
+        None
+    }
+
+    /// Estimated changes of the coefficients, at fixed angle of attack, where the stations of the boundary layer are
+    /// doubled; `None` for a solver without such an estimate.
+    fn station_error(&self) -> Option<Coefficients> {
         None
     }
 
@@ -313,26 +315,27 @@ impl Solution {
         })
     }
 
-    /// Estimated errors of the coefficients that come from the number of panels, as absolute values. The estimate is the
-    /// exact derivative of every coefficient along the small move of all nodes that acts like the error of the panels; it
-    /// holds whatever the condition holds. It is right to about a factor of two and knows nothing of the number of
-    /// stations of the boundary layer.
+    /// Estimated errors of the coefficients that the number of panels and the number of stations leave.
     ///
-    /// The result is `None` where the solution is not converged. It costs as much as [`gradients`](Self::gradients).
-    pub fn panel_error(&self) -> Option<Coefficients> {
-        self.record.panel_error(&self.held_gradients()?.coefficients)
+    /// The result is `None` where the solution is not converged, and for a solver without such an estimate. It costs
+    /// twice as much as [`gradients`](Self::gradients).
+    pub fn discretisation_error(&self) -> Option<DiscretisationError> {
+        if !self.is_solved() {
+            return None;
+        }
+        let stations = self.record.station_error()?;
+        let gradients = self.record.gradients()?;
+        let (gradients, stations) = match self.condition.incidence {
+            Incidence::Alpha(_) => (gradients, stations),
+            Incidence::Lift(_) => (gradients.at_fixed_lift(), at_fixed_lift(stations, &gradients)),
+        };
+        Some(DiscretisationError { panels: self.record.panel_error(&gradients)?, stations: stations.map(f64::abs) })
     }
 
-    /// Whether the [`panel_error`](Self::panel_error) of lift and drag is small: below 0.25 % of the drag, and below 0.25 %
-    /// of the lift or of a lift coefficient of 0.1 where the lift is smaller than that. `None` where there is no estimate.
+    /// Whether the [`discretisation_error`](Self::discretisation_error) of lift and drag
+    /// [is small](DiscretisationError::is_small). `None` where there is no estimate.
     pub fn is_resolved(&self) -> Option<bool> {
-        self.panel_error().map(|error| self.resolves(&error))
-    }
-
-    /// Whether these errors of lift and drag are small.
-    pub(crate) fn resolves(&self, error: &Coefficients) -> bool {
-        let Coefficients { cl, cd, .. } = self.coefficients;
-        error.cd < RESOLVED * cd.abs() && error.cl < RESOLVED * cl.abs().max(SMALL_LIFT)
+        self.discretisation_error().map(|error| error.is_small(&self.coefficients))
     }
 
     /// Exact derivatives of weighted sums of the pressure coefficients at the nodes, that is of `Σ weights[k][i] cp[i]`

@@ -175,8 +175,12 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
 
     /// The wake interval that ends at station `number` of the wake, with given gaps at the two ends.
     pub fn wake_span<S: Scalar>(&self, number: usize, gap: [S; 2]) -> Span<S> {
-        let x = [number - 1, number].map(|i| S::from(WAKE_ORIGIN + self.distances[i]));
-        Span { x, gap }
+        Span { x: [number - 1, number].map(|i| S::from(self.wake_abscissa(i))), gap }
+    }
+
+    /// Abscissa of a station of the wake.
+    pub fn wake_abscissa(&self, number: usize) -> f64 {
+        WAKE_ORIGIN + self.distances[number]
     }
 
     /// The wake interval that ends at station `number` of the wake, with the gaps of this layer.

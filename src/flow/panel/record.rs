@@ -1,6 +1,6 @@
 //! The state of a solution that the panel solver keeps, and the results that it reads off it.
 
-use super::adjoint::{gradients, pressure_gradients};
+use super::adjoint::{gradients, pressure_gradients, station_error};
 use super::compressibility::KarmanTsien;
 use super::coupling::reduced::Reduced;
 use super::coupling::response::{FlowResponse, SectionResponse};
@@ -219,6 +219,10 @@ impl Record for PanelRecord {
 
     fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients> {
         Some(panel_error(&self.nodes.given, gradients))
+    }
+
+    fn station_error(&self) -> Option<Coefficients> {
+        Some(station_error(&self.solved(), &Reduced::new(&self.at)?))
     }
 
     fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {

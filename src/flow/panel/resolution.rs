@@ -29,21 +29,46 @@ mod tests {
     use crate::flow::{Condition, Incidence, PanelledSection, Settings, Solution, panel_parameters};
     use crate::section::SectionDefinition;
 
-    fn solution(panels: usize, incidence: Incidence) -> Solution {
+    /// The flow with some panels and some quarters of the default number of stations.
+    fn flow(panels: usize, quarters: usize, condition: &Condition) -> Solution {
         let section = SectionDefinition::parse("naca4412").unwrap().section().unwrap();
         let nodes: Vec<[f64; 2]> =
             panel_parameters(&section, panels + 1).into_iter().map(|u| section.curve().point_at(u)).collect();
         let panels = PanelledSection::new(&nodes, section.trailing_edge()).unwrap();
-        panels.analyze(&Condition::new(incidence, 3e6), &Settings::default(), None).unwrap()
+        let Settings { laminar_stations, turbulent_stations, .. } = Settings::default();
+        let [laminar_stations, turbulent_stations] = [laminar_stations, turbulent_stations].map(|n| quarters * n / 4);
+        let settings = Settings { laminar_stations, turbulent_stations, ..Settings::default() };
+        panels.analyze(condition, &settings, None).unwrap()
+    }
+
+    fn solution(panels: usize, incidence: Incidence) -> Solution {
+        flow(panels, 4, &Condition::new(incidence, 3e6))
     }
 
     #[test]
     fn the_estimate_falls_with_the_square_of_the_panels() {
         for incidence in [Incidence::Alpha(0.05), Incidence::Lift(0.8)] {
-            let [coarse, fine] = [80, 160].map(|n| solution(n, incidence).panel_error().unwrap());
+            let [coarse, fine] = [80, 160].map(|n| solution(n, incidence).discretisation_error().unwrap().panels);
             let ratio = coarse.cd / fine.cd;
             assert!((2.5..6.5).contains(&ratio), "{ratio}");
             assert!(matches!(incidence, Incidence::Alpha(_)) || fine.cl < 1e-12, "held lift has no error: {}", fine.cl);
+        }
+    }
+
+    #[test]
+    fn the_estimate_of_stations_is_about_what_twice_as_many_change() {
+        for incidence in [Incidence::Alpha(0.05), Incidence::Lift(0.8)] {
+            let condition = Condition { trips: [Some(0.1); 2], ..Condition::new(incidence, 3e6) };
+            let [coarse, fine] = [2, 4].map(|quarters| flow(160, quarters, &condition));
+            let estimate = coarse.discretisation_error().unwrap().stations;
+            let change = coarse.coefficients.zip(fine.coefficients).map(|(a, b): (f64, f64)| (b - a).abs());
+            for (name, estimate, change) in
+                [("cl", estimate.cl, change.cl), ("cd", estimate.cd, change.cd), ("cm", estimate.cm, change.cm)]
+            {
+                let held = name == "cl" && matches!(incidence, Incidence::Lift(_));
+                let agree = if held { estimate < 1e-12 } else { (0.4..2.5).contains(&(estimate / change)) };
+                assert!(agree, "{name}: {estimate} for {change}");
+            }
         }
     }
 

@@ -32,10 +32,12 @@ pub struct AnalysisReport {
     pub cd_pressure: Option<f64>,
     /// Drag coefficient of the friction.
     pub cd_friction: Option<f64>,
-    /// Whether the estimated errors that come from the panels are small: see [`Solution::is_resolved`].
+    /// Whether the estimated errors that come from panels and stations are small: see [`Solution::is_resolved`].
     pub resolved: Option<bool>,
     /// Estimated errors that come from the number of panels, as absolute values.
-    pub panel_error: Option<PanelErrorReport>,
+    pub panel_error: Option<ErrorReport>,
+    /// Estimated errors that come from the number of stations of the boundary layer, as absolute values.
+    pub station_error: Option<ErrorReport>,
     /// Drag coefficient of shocks; zero by a solver that knows none.
     pub cd_wave: Option<f64>,
     /// Name of the flow solver; `None` where no solver took the point.
@@ -52,9 +54,9 @@ pub struct AnalysisReport {
     pub nodes: Option<Vec<[f64; 2]>>,
 }
 
-/// Estimated errors of the coefficients that come from the number of panels: see [`Solution::panel_error`].
+/// Estimated errors of the coefficients: see [`Solution::discretisation_error`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct PanelErrorReport {
+pub struct ErrorReport {
     /// Error of the lift coefficient.
     pub cl: f64,
     /// Error of the drag coefficient.
@@ -96,7 +98,8 @@ impl AnalysisReport {
     pub fn new(solution: &Solution, seconds: f64, repairs: &[String]) -> Self {
         let solved = solution.is_solved();
         let number = |value: f64| solved.then_some(value);
-        let error = solution.panel_error();
+        let error = solution.discretisation_error();
+        let report = |Coefficients { cl, cd, cm, .. }: Coefficients| ErrorReport { cl, cd, cm };
         Self {
             converged: solution.is_reliable(),
             beyond_model: solution.status.is_beyond_model(),
@@ -110,8 +113,9 @@ impl AnalysisReport {
             coefficients: solution.coefficients.map(number),
             cd_pressure: number(solution.cd_pressure),
             cd_friction: number(solution.cd_friction),
-            resolved: error.as_ref().map(|error| solution.resolves(error)),
-            panel_error: error.map(|Coefficients { cl, cd, cm, .. }| PanelErrorReport { cl, cd, cm }),
+            resolved: error.map(|error| error.is_small(&solution.coefficients)),
+            panel_error: error.map(|error| report(error.panels)),
+            station_error: error.map(|error| report(error.stations)),
             cd_wave: number(solution.cd_wave),
             solver: Some(solution.solver.into()),
             repairs: repairs.to_vec(),
@@ -145,6 +149,7 @@ impl AnalysisReport {
             cd_friction: none,
             resolved: None,
             panel_error: None,
+            station_error: None,
             cd_wave: none,
             solver: None,
             repairs: repairs.to_vec(),

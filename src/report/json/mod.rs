@@ -29,9 +29,7 @@ mod named;
 mod run;
 mod section;
 
-pub use analysis::{
-    AnalysisReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PanelErrorReport, PolarReport,
-};
+pub use analysis::{AnalysisReport, ErrorReport, FlowDerivatives, FlowGradientsReport, InviscidReport, PolarReport};
 pub use evaluation::{BoundsReport, CaseEntry, CaseList, EvaluationReport};
 pub use gradients::{DerivativeReport, GradientsReport};
 pub use named::{Named, identifier, identifiers};
