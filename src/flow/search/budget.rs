@@ -5,7 +5,7 @@ use crate::flow::Attempt;
 use crate::flow::layer::Layout;
 
 /// Work after which the search ends, in Newton iterations on the requested stations.
-pub(super) const WORK: f64 = 1150.0;
+pub(super) const WORK: f64 = 500.0;
 
 /// The account of a search. Work is counted in Newton iterations on the requested stations.
 pub(super) struct Budget {
@@ -38,6 +38,11 @@ impl Budget {
     /// Allows `work` more from here on.
     pub fn grant(&mut self, work: f64) {
         self.limit = self.work + work;
+    }
+
+    /// Allows no more than `work` from here on.
+    pub fn restrict(&mut self, work: f64) {
+        self.limit = self.limit.min(self.work + work);
     }
 
     /// Notes an attempt and its work.

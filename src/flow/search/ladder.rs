@@ -1,5 +1,5 @@
-//! Ways to a converged flow where the direct one fails, cheapest first: other numbers of stations, then branches of
-//! solutions that start from easier conditions.
+//! Ways to a converged flow where the direct one fails, those that pay most first: other numbers of stations, and
+//! branches of solutions that start from easier conditions.
 
 use super::branch::{Parameter, follow};
 use super::budget::Budget;
@@ -10,8 +10,11 @@ use crate::flow::Attempt;
 use crate::flow::layer::transport::resample;
 use crate::flow::layer::{Layout, Unknowns};
 
+/// Work that is left for other ways after a flow on other stations did not lead to one on the requested stations, in
+/// Newton iterations on those.
+const LITTLE_HOPE: f64 = 250.0;
 /// Extra work granted when everything else has failed, in Newton iterations on the requested stations.
-const LAST_HOPE: f64 = 100.0;
+const LAST_HOPE: f64 = 60.0;
 /// Largest number of iterations of an attempt with a march after each step.
 const PROJECTED: usize = 18;
 /// Largest number of iterations of a direct attempt.
@@ -21,23 +24,52 @@ const DIRECT: usize = 25;
 const PATIENCE: usize = 5;
 /// Largest residual of solutions that serve only as a start.
 pub(super) const TOLERANCE: f64 = 1e-5;
-/// Laminar stations of the layouts that are tried first, over the requested number.
-const LAYOUTS: [f64; 2] = [0.6, 0.8];
-/// Laminar stations of the layouts that are tried next, over the requested number.
-const MORE_LAYOUTS: [f64; 2] = [0.45, 1.25];
+/// Share of the requested stations on which branches are followed first. Where the flow found on them does not lead to
+/// the one on the requested stations, the branch is followed on those.
+const FEW: f64 = 0.6;
+/// The ways that are tried, in their order. Those that succeed often for their work come first: of 154 random flows about
+/// measured sections that the direct way missed, Newton's method on 0.6 of the laminar stations found 16 %, a branch
+/// from a lower angle of attack 42 % of what was left, one with temporary trips 55 %, and an attempt with a march after
+/// each step, which takes longest, 12 %.
+const RUNGS: [Rung; 22] = [
+    Rung::Stations { share: 0.6, marched: false },
+    Rung::Place { turned: -2.0, tripped: false, few: true },
+    Rung::Place { turned: 0.0, tripped: true, few: true },
+    Rung::Place { turned: -4.0, tripped: false, few: true },
+    Rung::Place { turned: -4.0, tripped: true, few: true },
+    Rung::Stations { share: 0.8, marched: false },
+    Rung::Stations { share: 0.6, marched: true },
+    Rung::Place { turned: 2.0, tripped: false, few: true },
+    Rung::Place { turned: -8.0, tripped: true, few: true },
+    Rung::Place { turned: 0.0, tripped: true, few: false },
+    Rung::Place { turned: -2.0, tripped: false, few: false },
+    Rung::Place { turned: -4.0, tripped: true, few: false },
+    Rung::Place { turned: -4.0, tripped: false, few: false },
+    Rung::Stations { share: 0.8, marched: true },
+    Rung::Stations { share: 0.45, marched: false },
+    Rung::Stations { share: 1.25, marched: false },
+    Rung::Stations { share: 0.45, marched: true },
+    Rung::Place { turned: 4.0, tripped: false, few: true },
+    Rung::Place { turned: -8.0, tripped: true, few: false },
+    Rung::Place { turned: 2.0, tripped: false, few: false },
+    Rung::Place { turned: -8.0, tripped: false, few: true },
+    Rung::Place { turned: 4.0, tripped: false, few: false },
+];
 /// Laminar stations of the layouts that are tried as a last hope, over the requested number.
 const SPARE_LAYOUTS: [f64; 4] = [0.9, 0.7, 1.1, 0.35];
-/// Stations of the layouts on which branches are followed, over the requested number.
-const BRANCH_LAYOUTS: [f64; 2] = [0.6, 1.0];
-/// Angles of attack from which branches are followed first, in degrees from the requested one. Positive values lead to
-/// lift of larger magnitude.
-const NEAR: [f64; 2] = [-2.0, -4.0];
-/// Angles of attack from which branches are followed last, with the units and the sign of [`NEAR`].
-const FAR: [f64; 3] = [-8.0, 2.0, 4.0];
-/// Angles of attack from which branches are followed with temporary trips, with the units and the sign of [`NEAR`].
-const ANGLES_WITH_TRIPS: [f64; 2] = [-4.0, -8.0];
 /// Distance of the temporary trips from the stagnation point at the start of a branch, over the lengths of the sides.
-const EARLY_TRIP: f64 = 0.02;
+const EARLY_TRIP: f64 = 0.06;
+
+/// One way to the requested flow.
+#[derive(Debug, Clone, Copy)]
+enum Rung {
+    /// Another number of laminar stations, `share` of the requested one, with or without a march after each step.
+    Stations { share: f64, marched: bool },
+    /// A branch of solutions from an angle of attack that differs by `turned` degrees (positive values lead to lift of
+    /// larger magnitude), with trips close to the nose where `tripped`: first the angle changes back, then the trips move
+    /// downstream. The stations are the requested ones or, where `few`, [fewer](FEW).
+    Place { turned: f64, tripped: bool, few: bool },
+}
 
 /// Result of a search: the solution and the layout of the stations it stands on.
 pub(crate) type Found<A> = (End<A>, Layout);
@@ -64,13 +96,7 @@ pub(super) struct Ladder<'a, F: Family> {
 
 impl<F: Family> Ladder<'_, F> {
     pub fn climb(mut self) -> (Option<Found<F::At>>, Vec<Attempt>) {
-        let found = self
-            .other_layouts(&LAYOUTS)
-            .or_else(|| self.by_angles(&NEAR))
-            .or_else(|| self.other_layouts(&MORE_LAYOUTS))
-            .or_else(|| self.by_trips())
-            .or_else(|| self.by_angles_with_trips())
-            .or_else(|| self.by_angles(&FAR));
+        let found = RUNGS.into_iter().find_map(|rung| if self.budget.exhausted() { None } else { self.step(rung) });
         let found = match found {
             Some(end) => Some((end, self.family.layout().clone())),
             None => self.with_other_stations(),
@@ -78,14 +104,30 @@ impl<F: Family> Ladder<'_, F> {
         (found, self.budget.attempts)
     }
 
+    fn step(&mut self, rung: Rung) -> Option<End<F::At>> {
+        match rung {
+            Rung::Stations { share, marched } => self.other_stations(share, marched),
+            // fewer stations lead to the flow that did not land before
+            Rung::Place { few: true, .. } if self.spare.is_some() => None,
+            Rung::Place { turned, tripped, few: true } => {
+                let found = self.by_place(turned, tripped, FEW);
+                if found.is_none() && self.spare.is_some() { self.by_place(turned, tripped, 1.0) } else { found }
+            }
+            Rung::Place { turned, tripped, few: false } => self.by_place(turned, tripped, 1.0),
+        }
+    }
+
     /// Tries more layouts as a last hope, and then settles for the flow on another number of stations where there is
     /// one.
     fn with_other_stations(&mut self) -> Option<Found<F::At>> {
         let family = self.family;
-        if self.spare.is_none() {
-            self.budget.grant(LAST_HOPE * family.hope());
-            if let Some(end) = self.other_layouts(&SPARE_LAYOUTS) {
-                return Some((end, family.layout().clone()));
+        if self.spare.is_none() && family.hope() >= 1.0 {
+            self.budget.grant(LAST_HOPE);
+            for share in SPARE_LAYOUTS {
+                let found = [false, true].into_iter().find_map(|marched| self.other_stations(share, marched));
+                if let Some(end) = found {
+                    return Some((end, family.layout().clone()));
+                }
             }
         }
         let (layout, start) = self.spare.take()?;
@@ -97,36 +139,39 @@ impl<F: Family> Ladder<'_, F> {
         end.converged.then_some((end, layout))
     }
 
-    /// Tries the two quick ways: Newton's method alone, and with a march after each step.
-    fn quick(&mut self, system: &F::Equations<'_>, start: Unknowns, tolerance: f64, what: &str) -> Option<End<F::At>> {
-        let effort = Effort { patience: PATIENCE, ..Effort::new(tolerance, DIRECT) };
-        let end = newton::solve(system, start.clone(), effort);
-        self.budget.note(what, &end);
-        if end.converged {
-            return Some(end);
-        }
-        let end = newton::solve_projected(system, start, tolerance, PROJECTED);
-        self.budget.note(&format!("{what}, a march after each step"), &end);
+    /// Tries Newton's method, alone or with a march after each step.
+    fn attempt(
+        &mut self,
+        system: &F::Equations<'_>,
+        start: Unknowns,
+        tolerance: f64,
+        (what, marched): (&str, bool),
+    ) -> Option<End<F::At>> {
+        let (end, suffix) = if marched {
+            (newton::solve_projected(system, start, tolerance, PROJECTED), ", a march after each step")
+        } else {
+            let effort = Effort { patience: PATIENCE, ..Effort::new(tolerance, DIRECT) };
+            (newton::solve(system, start, effort), "")
+        };
+        self.budget.note(&format!("{what}{suffix}"), &end);
         end.converged.then_some(end)
     }
 
-    /// Solves on other numbers of stations and takes the solution as a start on the requested one.
-    fn other_layouts(&mut self, shares: &[f64]) -> Option<End<F::At>> {
+    /// Solves on another number of laminar stations and takes the solution as a start on the requested one.
+    fn other_stations(&mut self, share: f64, marched: bool) -> Option<End<F::At>> {
+        if self.budget.exhausted() {
+            return None;
+        }
         let family = self.family;
-        shares.iter().find_map(|share| {
-            if self.budget.exhausted() {
-                return None;
-            }
-            let wanted = family.layout();
-            let laminar = ((wanted.laminar.len() as f64 * share) as usize).max(15);
-            let layout = Layout::new(laminar, wanted.turbulent.len(), wanted.wake);
-            let what = format!("{laminar} laminar stations");
-            let unknowns = {
-                let system = family.equations(self.outer, &layout, family.trips());
-                self.quick(&system, system.march(), TOLERANCE, &what)?.unknowns
-            };
-            self.land(&layout, &unknowns, &what)
-        })
+        let wanted = family.layout();
+        let laminar = ((wanted.laminar.len() as f64 * share) as usize).max(15);
+        let layout = Layout::new(laminar, wanted.turbulent.len(), wanted.wake);
+        let what = format!("{laminar} laminar stations");
+        let unknowns = {
+            let system = family.equations(self.outer, &layout, family.trips());
+            self.attempt(&system, system.march(), TOLERANCE, (&what, marched))?.unknowns
+        };
+        self.land(&layout, &unknowns, &what)
     }
 
     /// Moves from a solution on another layout to one on the requested layout.
@@ -134,9 +179,17 @@ impl<F: Family> Ladder<'_, F> {
         let family = self.family;
         let system = family.equations(self.outer, family.layout(), family.trips());
         let start = resample(layout, family.layout(), from, family.surface());
-        let end = self.quick(&system, start, family.tolerance(), &format!("from {what}"));
-        if end.is_none() && self.spare.as_ref().is_none_or(|(l, _)| l.laminar.len() < layout.laminar.len()) {
-            self.spare = Some((layout.clone(), from.clone()));
+        let what = format!("from {what}");
+        let end = [false, true]
+            .into_iter()
+            .find_map(|marched| self.attempt(&system, start.clone(), family.tolerance(), (&what, marched)));
+        if end.is_none() {
+            if self.spare.is_none() {
+                self.budget.restrict(LITTLE_HOPE);
+            }
+            if self.spare.as_ref().is_none_or(|(l, _)| l.laminar.len() < layout.laminar.len()) {
+                self.spare = Some((layout.clone(), from.clone()));
+            }
         }
         end
     }
@@ -147,48 +200,31 @@ impl<F: Family> Ladder<'_, F> {
         Layout::new(fewer(laminar), fewer(turbulent), *wake)
     }
 
-    /// Solves at a neighbouring angle of attack and follows the branch from there.
-    fn by_angles(&mut self, angles: &[f64]) -> Option<End<F::At>> {
-        angles.iter().find_map(|by| {
-            let turned = by * self.family.lift_sign();
-            let what = format!("{turned:+} degrees");
-            self.by_place(&what, Neighbour { turned, ..Neighbour::default() }, &[Parameter::Angle])
-        })
-    }
-
-    /// Solves with trips close to the nose and follows the branch along which they move downstream.
-    fn by_trips(&mut self) -> Option<End<F::At>> {
-        let what = format!("trips at {EARLY_TRIP} of the sides");
-        self.by_place(&what, Neighbour { trips: EARLY_TRIP, ..Neighbour::default() }, &[Parameter::Trips])
-    }
-
-    /// Solves with trips close to the nose at a neighbouring angle of attack. First the angle changes back, then the
-    /// trips move downstream.
-    fn by_angles_with_trips(&mut self) -> Option<End<F::At>> {
-        ANGLES_WITH_TRIPS.into_iter().find_map(|by| {
-            let turned = by * self.family.lift_sign();
-            let what = format!("trips at {EARLY_TRIP} of the sides, {turned:+} degrees");
-            let place = Neighbour { turned, trips: EARLY_TRIP };
-            self.by_place(&what, place, &[Parameter::Angle, Parameter::Trips])
-        })
-    }
-
-    /// Solves at a place that is easier than the requested one and follows branches along one parameter after the
+    /// Solves at a place that is easier than the requested one and follows branches back, along one parameter after the
     /// other.
-    fn by_place(&mut self, what: &str, place: Neighbour, parameters: &[Parameter]) -> Option<End<F::At>> {
-        BRANCH_LAYOUTS.into_iter().find_map(|share| {
-            if self.budget.exhausted() {
-                return None;
-            }
-            let layout = self.fewer(share);
-            let mut place = place;
-            let mut at = start_of_branch(self.family, &mut self.budget, &layout, place, what)?;
-            for &parameter in parameters {
-                at = follow(self.family, &mut self.budget, &layout, what, at, (parameter, place))?;
-                place = parameter.at(0.0, &place);
-            }
-            self.land(&layout, &at, what)
-        })
+    fn by_place(&mut self, turned: f64, tripped: bool, share: f64) -> Option<End<F::At>> {
+        let turned = turned * self.family.lift_sign();
+        let mut place = Neighbour { turned, ..Neighbour::default() };
+        let (mut what, mut parameters) = (Vec::new(), Vec::new());
+        if tripped {
+            place.trips = EARLY_TRIP;
+            what.push(format!("trips at {EARLY_TRIP} of the sides"));
+        }
+        if turned != 0.0 {
+            what.push(format!("{turned:+} degrees"));
+            parameters.push(Parameter::Angle);
+        }
+        if tripped {
+            parameters.push(Parameter::Trips);
+        }
+        let what = what.join(", ");
+        let layout = self.fewer(share);
+        let mut at = start_of_branch(self.family, &mut self.budget, &layout, place, &what)?;
+        for parameter in parameters {
+            at = follow(self.family, &mut self.budget, &layout, &what, at, (parameter, place))?;
+            place = parameter.at(0.0, &place);
+        }
+        self.land(&layout, &at, &what)
     }
 }
 
