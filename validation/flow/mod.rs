@@ -26,7 +26,7 @@ pub enum Part {
     Inviscid,
     /// Blunt sections against XFOIL, and twice the resolution
     Xfoil,
-    /// Real sections, flaps and low Reynolds numbers against XFOIL; an E387 in a wind tunnel
+    /// Real sections, flaps and low Reynolds numbers against XFOIL; an E387 and an S1223 in a wind tunnel
     Sections,
     /// Sharp edges against MSES, and closing gaps
     Sharp,
