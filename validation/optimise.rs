@@ -18,8 +18,8 @@ const NEARLY_FEASIBLE: f64 = 1e-4;
 /// A case, the bar for it, and what others took.
 struct Row {
     name: &'static str,
-    /// Most evaluations; `None` where there is no bar.
-    bar: Option<usize>,
+    /// Most evaluations.
+    bar: usize,
     /// The optimum: drag coefficient.
     drag: f64,
     slsqp: &'static str,
@@ -29,18 +29,19 @@ struct Row {
 /// Figures of others: SciPy's SLSQP and IPOPT with L-BFGS on the functions of these cases, from the same starts, to a KKT
 /// residual of 1e-6; measured in November 2026 with the flow of that day.
 const ROWS: [Row; 8] = [
-    Row { name: "kulfan-5x5", bar: Some(70), drag: 0.007_521, slsqp: "126", ipopt: "74" },
-    Row { name: "kulfan-5x5, fold_indicator >= 0.05", bar: Some(90), drag: 0.007_514, slsqp: "", ipopt: "95" },
-    Row { name: "kulfan-7x5", bar: Some(75), drag: 0.007_512, slsqp: "", ipopt: "63" },
-    Row { name: "naca0024-linear", bar: Some(45), drag: 0.007_625, slsqp: "", ipopt: "" },
-    Row { name: "naca0024-cubic", bar: Some(38), drag: 0.007_622, slsqp: "43", ipopt: "38" },
-    Row { name: "naca0024-quartic", bar: Some(20), drag: 0.007_636, slsqp: "", ipopt: "15" },
-    Row { name: "multipoint", bar: Some(60), drag: 0.007_690, slsqp: "", ipopt: "> 120, not converged" },
-    Row { name: "12x5 box, 116 variables", bar: None, drag: f64::NAN, slsqp: "", ipopt: "160 (limit)" },
+    Row { name: "kulfan-5x5", bar: 70, drag: 0.007_521, slsqp: "126", ipopt: "74" },
+    Row { name: "kulfan-5x5, fold_indicator >= 0.05", bar: 90, drag: 0.007_514, slsqp: "", ipopt: "95" },
+    Row { name: "kulfan-7x5", bar: 75, drag: 0.007_512, slsqp: "", ipopt: "63" },
+    Row { name: "naca0024-linear", bar: 45, drag: 0.007_625, slsqp: "", ipopt: "" },
+    Row { name: "naca0024-cubic", bar: 38, drag: 0.007_622, slsqp: "43", ipopt: "38" },
+    Row { name: "naca0024-quartic", bar: 20, drag: 0.007_636, slsqp: "", ipopt: "15" },
+    Row { name: "multipoint", bar: 60, drag: 0.007_690, slsqp: "", ipopt: "> 120, not converged" },
+    Row { name: "12x5 box, 116 variables", bar: 200, drag: 0.007_424, slsqp: "", ipopt: "160 (limit)" },
 ];
 
-/// Rows that take more evaluations than is aimed at, which is known.
-const MISSED: [&str; 1] = ["multipoint"];
+/// Rows without a verdict: the run ends where drag and lift leap by 0.04 % and 6e-5, as transition comes to stand just
+/// ahead of the trip.
+const OPEN: [&str; 1] = ["12x5 box, 116 variables"];
 
 /// The problem of a row: a built-in case, or one changed in a line or two.
 fn problem(name: &str) -> Result<DesignProblem, Failure> {
@@ -98,7 +99,8 @@ fn cases() -> Result<Sheet, Failure> {
     let mut sheet = Sheet::new(
         "Evaluations of the constrained optimiser",
         "An evaluation is all values with all gradients. Ours to a KKT residual of 1e-6 and a violation of 1e-8; SciPy SLSQP\n\
-         and IPOPT (L-BFGS) as measured in November 2026 with the flow of that day. The largest box has no verdict,\n         and the evaluations of the operating points together are an open point.",
+         and IPOPT (L-BFGS) as measured in November 2026 with the flow of that day. The largest box has no verdict:\n\
+         its runs stall where transition comes to stand just ahead of the trip and the flow leaps.",
     );
     let mut figures = Table::new([
         ("case", Align::Left),
@@ -125,19 +127,18 @@ fn cases() -> Result<Sheet, Failure> {
             row.ipopt.to_owned(),
             outcome.status.to_string(),
         ]);
-        if let Some(bar) = row.bar {
-            let converged = outcome.status == Termination::Converged;
-            sheet.statement(&format!("{}: converged", row.name), true, converged);
-            let what = format!("{}: evaluations", row.name);
-            if MISSED.contains(&row.name) {
-                sheet.open(&what, bar as f64, outcome.evaluations as f64);
-            } else {
-                sheet.count_at_most(&what, bar, Some(outcome.evaluations));
-            }
-            // it moves by half with the last digit of the flow
-            sheet.open(&format!("{}: until within 1 %", row.name), (bar / 2) as f64, run.near as f64);
-            sheet.at_most(&format!("{}: CD over the optimum", row.name), 1.001, drag(&run) / row.drag);
+        let (evaluations, near) = (format!("{}: evaluations", row.name), format!("{}: until within 1 %", row.name));
+        let over = format!("{}: CD over the optimum", row.name);
+        if OPEN.contains(&row.name) {
+            sheet.open(&evaluations, row.bar as f64, outcome.evaluations as f64);
+            sheet.open(&over, 1.001, drag(&run) / row.drag);
+            continue;
         }
+        let converged = outcome.status == Termination::Converged;
+        sheet.statement(&format!("{}: converged", row.name), true, converged);
+        sheet.count_at_most(&evaluations, row.bar, Some(outcome.evaluations));
+        sheet.count_at_most(&near, row.bar / 2, Some(run.near));
+        sheet.at_most(&over, 1.001, drag(&run) / row.drag);
     }
     sheet.set_figures(figures);
     Ok(sheet)

@@ -32,6 +32,8 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "skewed-pinned",
         "kulfan-5x5",
         "kulfan-7x5",
+        "kulfan-5x5-paper",
+        "kulfan-7x5-paper",
         "kulfan-free",
         "naca0024-linear",
         "naca0024-cubic",

@@ -10,13 +10,14 @@ const DAMPING: f64 = 0.2;
 /// Where a step finds less curvature than was modelled, the directions that nothing is known of most likely have less
 /// as well (self-scaling as by Al-Baali, J. Optim. Theory Appl. 96, 1998). With every update the share of these
 /// directions falls, and with it what an update may lower: after as many updates as there are directions, nothing,
-/// unless the step finds less than this factor of what was modelled. Then all that was learnt is out of date.
+/// unless the step finds less than this factor of what was modelled. From then on a step changes its own direction
+/// alone: the model would otherwise sink without end where steps go back and forth along one line.
 const RELAXATION: f64 = 0.5;
 /// Number of the latest steps that are gone through once more at the end: they hold best where the run is now, and an
 /// update by one step spoils what the others have found.
 const REPEATED: usize = 10;
-/// Number of steps from which on the model is made anew with every step, and goes through the latest steps once more.
-/// The first steps of a run are long, and the multipliers change much: until then each step updates the model once.
+/// Number of steps from which on the latest ones are gone through once more: the first steps of a run are long, and
+/// what they find is no better than what they spoil.
 const SETTLED: usize = 25;
 /// Number of steps that are remembered.
 const REMEMBERED: usize = 300;
@@ -32,13 +33,13 @@ struct Step {
 
 /// A positive definite model of the Hessian of the Lagrangian, in natural steps of the variables.
 ///
-/// The steps are remembered with the change of every gradient, and late in a run the model is made anew from all of them
-/// with every change of the multipliers: what a constraint has shown on the way counts as much as its multiplier does now.
+/// The steps are remembered with the change of every gradient, and the model is made anew from all of them with every
+/// change of the multipliers: what a constraint has shown on the way counts as much as its multiplier does now.
 pub(super) struct Curvature {
     matrix: DMatrix<f64>,
     steps: VecDeque<Step>,
     first: f64,
-    /// Number of updates since the start.
+    /// Number of updates the model is made of.
     updates: usize,
 }
 
@@ -75,16 +76,9 @@ impl Curvature {
         self.steps.push_back(Step { way, changes });
         let weights = std::iter::once(1.0).chain(multipliers.iter().map(|m| -m));
         let weights = DVector::from_iterator(1 + multipliers.len(), weights);
-        if self.steps.len() < SETTLED {
-            if let Some(step) = self.steps.pop_back() {
-                self.update(&step.way, &(&step.changes * &weights));
-                self.steps.push_back(step);
-            }
-            return;
-        }
         self.restart();
         let steps = std::mem::take(&mut self.steps);
-        let latest = steps.len() - REPEATED;
+        let latest = if steps.len() < SETTLED { steps.len() } else { steps.len() - REPEATED };
         for step in steps.iter().chain(steps.range(latest..)) {
             self.update(&step.way, &(&step.changes * &weights));
         }
@@ -102,7 +96,10 @@ impl Curvature {
         let known = self.updates as f64 / self.matrix.nrows().max(FEWEST_UPDATES) as f64;
         self.updates += 1;
         let ratio = found / along;
-        let scale = if ratio < RELAXATION { RELAXATION } else { ratio.max(known).min(1.0) };
+        let scale = match ratio < RELAXATION {
+            true if known < 1.0 => RELAXATION,
+            _ => ratio.max(known).min(1.0),
+        };
         let relaxed = &self.matrix * scale;
         let (modelled, along) = (&relaxed * step, along * scale);
         let share = if found >= DAMPING * along { 1.0 } else { (1.0 - DAMPING) * along / (along - found) };

@@ -15,10 +15,12 @@
 //!   lower the objective as predicted though the merit function rises, against the effect of Maratos. A step that is
 //!   refused is tried again with the curvature of the constraints taken into account.
 //! * **Curvature.** Damped BFGS that begins with too little curvature, lowers what it does not know where a step finds
-//!   less than modelled, and learns from refused steps as well. Late in a run it is made anew from all steps with every change of the
-//!   multipliers, and goes through the latest steps twice late in a run.
+//!   less than modelled, and learns from refused steps as well. All steps are remembered with the changes of all
+//!   gradients, and the model is made anew from them with every change of the multipliers; later in a run it goes
+//!   through the latest steps twice.
 //! * **Margins.** Inequalities that are violated or active at the start keep a distance at first, which shrinks: the
-//!   way there otherwise ends on a limit from which the run does not come back.
+//!   way there otherwise ends on a limit from which the run does not come back. A margin is never wider than half of
+//!   what its constraint has been seen to allow.
 
 mod curvature;
 mod finish;

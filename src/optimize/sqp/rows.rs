@@ -14,6 +14,9 @@ const SHARE: f64 = 0.25;
 const NEAR: f64 = 0.01;
 /// Factor of a margin from one iteration to the next.
 const DECAY: f64 = 0.7;
+/// Share of the distance from its bound that an inequality has come to which its margin takes at most: a margin that
+/// is wider than there is room would ask for what cannot be had.
+const KEPT: f64 = 0.5;
 /// Margin that is dropped.
 const LEAST_MARGIN: f64 = 1e-4;
 
@@ -33,8 +36,12 @@ impl Row {
         self.side.value(evaluation) - self.margin
     }
 
-    /// Lets the margin shrink after a step of some length: steps as short as itself have nothing to keep away from.
-    pub fn narrow(&mut self, length: f64) {
+    /// Lets the margin shrink after a step of some length to a point of this evaluation: steps as short as itself have nothing to keep away from.
+    pub fn narrow(&mut self, length: f64, evaluation: &Evaluation) {
+        let distance = self.side.value(evaluation);
+        if distance >= 0.0 {
+            self.margin = self.margin.min(KEPT * distance);
+        }
         let kept = self.margin > LEAST_MARGIN && length > self.margin;
         self.margin = if kept { DECAY * self.margin } else { 0.0 };
     }

@@ -142,7 +142,7 @@ impl SqpRun {
         self.point = point;
         self.price *= PRICE_DECAY;
         for row in &mut self.rows {
-            row.narrow(length);
+            row.narrow(length, &self.point.evaluation);
             row.rescale(&self.frame, &self.point.evaluation);
         }
         if self.relaxed == 0 {

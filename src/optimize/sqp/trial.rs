@@ -62,7 +62,8 @@ pub(super) fn advance(ledger: &mut Ledger<'_>, run: &mut SqpRun) -> Option<()> {
     None
 }
 
-/// Evaluates a proposal, and once more with the constraints' own curvature where that spoilt it.
+/// Evaluates a proposal, and once more with the constraints' own curvature where that spoilt it: where the step would
+/// be taken if the constraints had gone as their gradients tell.
 fn attempt(ledger: &mut Ledger<'_>, run: &SqpRun, proposal: &Proposal) -> Trial {
     let x = run.frame.moved(&run.point.x, &proposal.step);
     let Ok(evaluation) = ledger.evaluate(&x) else { return Trial::Failed };
@@ -70,7 +71,9 @@ fn attempt(ledger: &mut Ledger<'_>, run: &SqpRun, proposal: &Proposal) -> Trial 
         return Trial::Accepted(Candidate { x, evaluation, ratio, relaxed });
     }
     let ends = run.values(&evaluation);
-    if run.charged(&ends) <= run.charged(&proposal.linear) + noise(run) {
+    let spoilt = run.charged(&ends) - run.charged(&proposal.linear);
+    let otherwise = run.gained(&x, &evaluation) + spoilt;
+    if spoilt <= noise(run) || otherwise < ENOUGH * proposal.predicted {
         return Trial::Rejected(x, evaluation);
     }
     // rows as the linear model sees them, moved by what it missed
