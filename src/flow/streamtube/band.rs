@@ -1,8 +1,9 @@
 //! Block-banded systems with a border: stations, and the global unknowns that all of them share.
 //!
 //! A station is linked to the next one by displacements and the layer, and to three stations upstream; of those farther
-//! than one the equations of the speeds alone know, and of the third only the speed of the same tube. Factorisation
-//! goes from upstream to downstream with pivots inside the diagonal blocks; the border is eliminated by its Schur
+//! than one the equations of the speeds alone know, and of the third only the speed of the same tube. The equation of a
+//! speed knows of the station's own speeds this one alone. Factorisation goes from upstream to downstream with pivots
+//! inside the diagonal blocks, from which most speeds are taken out first; the border is eliminated by its Schur
 //! complement.
 
 use super::condensed::{Condensed, subtract_product_with_speeds};
