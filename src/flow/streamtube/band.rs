@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 /// The equations of one station.
 #[derive(Debug, Clone)]
 struct Block {
-    /// By the unknowns of the station itself; empty once factorised.
+    /// By the unknowns of the station itself; once factorised without use.
     own: DMatrix<f64>,
     /// By displacements and layer of the next station; after factorisation the solution with them as right-hand sides.
     next: DMatrix<f64>,
@@ -67,6 +67,19 @@ impl Band {
             below: (0..count).map(|i| zeros(size(i), GLOBALS + further)).collect(),
             corner: zeros(GLOBALS + further, GLOBALS),
         }
+    }
+
+    /// Zeros in the memory of this system, for another one on the same grid. Fresh memory costs as much as filling it.
+    pub fn cleared(mut self) -> Self {
+        self.factors.clear();
+        for block in &mut self.blocks {
+            let Block { own, next, first, second, third, border } = block;
+            [own, next, first, second, border].into_iter().for_each(|matrix| matrix.fill(0.0));
+            third.fill(0.0);
+        }
+        self.below.iter_mut().for_each(|matrix| matrix.fill(0.0));
+        self.corner.fill(0.0);
+        self
     }
 
     /// Adds to the derivative of an equation of a station with respect to an unknown of a station.
@@ -181,8 +194,7 @@ impl Band {
                 subtract_product_with_speeds(&mut block.own, 0, &block.first, dense, &far.next);
                 subtract_product_with_speeds(&mut block.border, 0, &block.first, dense, &far.border);
             }
-            let own = std::mem::replace(&mut block.own, DMatrix::zeros(0, 0));
-            let Some(factors) = Condensed::of(&own, start) else { return false };
+            let Some(factors) = Condensed::of(&block.own, start) else { return false };
             factors.solve(&mut block.next);
             factors.solve(&mut block.border);
             self.factors.push(factors);

@@ -307,9 +307,18 @@ impl Problem {
 
     /// The system linearised at unknowns, with further terms that `outputs` goes over.
     pub fn linearise(&self, unknowns: &Unknowns, outputs: impl Fn(&mut Linearisation)) -> Option<Linearised> {
+        self.linearise_in(Band::new(&self.grid, OUTPUTS), unknowns, outputs)
+    }
+
+    /// The system linearised at unknowns in `band`, which holds zeros.
+    pub fn linearise_in(
+        &self,
+        mut band: Band,
+        unknowns: &Unknowns,
+        outputs: impl Fn(&mut Linearisation),
+    ) -> Option<Linearised> {
         let flow = self.flow();
         let (geometry, moves) = (self.geometry(unknowns)?, self.moves(unknowns)?);
-        let mut band = Band::new(&self.grid, OUTPUTS);
         let mut pass = Linearisation {
             numbers: Numbers { geometry: &geometry, unknowns },
             moves: &moves,
