@@ -84,7 +84,7 @@ fn dead_air<S: Scalar>(height: S, distance: f64, least: f64) -> S {
 pub(super) fn gaps<S: Scalar>(grid: &Grid, wall: &WallStations<S>) -> Vec<S> {
     let height = wall.edge_height();
     let behind = &grid.stations.behind;
-    behind.iter().map(|&distance| dead_air(height, distance, behind[2])).collect()
+    behind.iter().map(|&distance| dead_air(height, distance, behind[1])).collect()
 }
 
 /// How a node is moved: by the displacement of the line, and by the layer and the dead air with these factors.
