@@ -155,6 +155,20 @@ pub(crate) fn subtract_product(target: &mut DMatrix<f64>, row: usize, a: &DMatri
     faer::linalg::matmul::matmul(part, Accum::Add, view(a), view(b).subrows(0, a.ncols()), -1.0, Par::Seq);
 }
 
+/// Subtracts the product of the first `columns` columns of `a` and the rows of `b` of these numbers from `target`, from its
+/// row `row` on and in its leading columns.
+pub(crate) fn subtract_leading_product(
+    target: &mut DMatrix<f64>,
+    row: usize,
+    a: &DMatrix<f64>,
+    columns: usize,
+    b: &DMatrix<f64>,
+) {
+    let part = view_mut(target).submatrix_mut(row, 0, a.nrows(), b.ncols());
+    let (left, right) = (view(a).subcols(0, columns), view(b).subrows(0, columns));
+    faer::linalg::matmul::matmul(part, Accum::Add, left, right, -1.0, Par::Seq);
+}
+
 /// Subtracts the product of the transpose of `a` and the rows of `b` from `row` on from the leading rows of `target`.
 pub(crate) fn subtract_transposed_product(target: &mut DMatrix<f64>, a: &DMatrix<f64>, b: &DMatrix<f64>, row: usize) {
     let part = view_mut(target).subrows_mut(0, a.ncols());

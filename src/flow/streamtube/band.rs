@@ -1,10 +1,12 @@
 //! Block-banded systems with a border: stations, and the global unknowns that all of them share.
 //!
 //! A station is linked to the next one by displacements and the layer, and to three stations upstream; of those farther
-//! than one the equations of the speeds alone know, and of the third only the speed of the same tube. Factorisation
-//! goes from upstream to downstream with pivots inside the diagonal blocks; the border is eliminated by its Schur
+//! than one the equations of the speeds alone know, and of the third only the speed of the same tube. The equation of a
+//! speed knows of the station's own speeds this one alone. Factorisation goes from upstream to downstream with pivots
+//! inside the diagonal blocks, from which most speeds are taken out first; the border is eliminated by its Schur
 //! complement.
 
+use super::condensed::{Condensed, subtract_product_with_speeds};
 use super::numbering::{GLOBALS, Grid, Place, Unknowns};
 use crate::flow::linear::{Factors, subtract_product, subtract_transposed_product};
 use nalgebra::DMatrix;
@@ -12,7 +14,7 @@ use nalgebra::DMatrix;
 /// The equations of one station.
 #[derive(Debug, Clone)]
 struct Block {
-    /// By the unknowns of the station itself; empty once factorised.
+    /// By the unknowns of the station itself; once factorised without use.
     own: DMatrix<f64>,
     /// By displacements and layer of the next station; after factorisation the solution with them as right-hand sides.
     next: DMatrix<f64>,
@@ -33,7 +35,7 @@ pub(super) struct Band {
     blocks: Vec<Block>,
     /// Index of the first speed of every station.
     speeds: Vec<usize>,
-    factors: Vec<Factors>,
+    factors: Vec<Condensed>,
     /// Derivatives of the global equations and further rows with respect to the unknowns of every station: a row for
     /// each unknown of the station.
     pub below: Vec<DMatrix<f64>>,
@@ -67,6 +69,19 @@ impl Band {
         }
     }
 
+    /// Zeros in the memory of this system, for another one on the same grid. Fresh memory costs as much as filling it.
+    pub fn cleared(mut self) -> Self {
+        self.factors.clear();
+        for block in &mut self.blocks {
+            let Block { own, next, first, second, third, border } = block;
+            [own, next, first, second, border].into_iter().for_each(|matrix| matrix.fill(0.0));
+            third.fill(0.0);
+        }
+        self.below.iter_mut().for_each(|matrix| matrix.fill(0.0));
+        self.corner.fill(0.0);
+        self
+    }
+
     /// Adds to the derivative of an equation of a station with respect to an unknown of a station.
     #[inline]
     pub fn add(&mut self, row: Place, column: Place, value: f64) {
@@ -77,6 +92,28 @@ impl Band {
             2 => block.first[(row.index, column.index)] += value,
             3 => block.second[(row.index - self.speeds[row.station], column.index)] += value,
             _ => block.third[row.index - self.speeds[row.station]] += value,
+        }
+    }
+
+    /// Adds to the derivatives of an equation of a station with respect to several unknowns of one station.
+    #[inline]
+    pub fn add_several(&mut self, row: Place, station: usize, columns: &[usize], values: &[f64]) {
+        let block = &mut self.blocks[row.station];
+        let (matrix, r) = match row.station + 1 - station {
+            0 => (&mut block.next, row.index),
+            1 => (&mut block.own, row.index),
+            2 => (&mut block.first, row.index),
+            _ => {
+                for (&index, &value) in columns.iter().zip(values) {
+                    self.add(row, Place { station, index }, value);
+                }
+                return;
+            }
+        };
+        let height = matrix.nrows();
+        let all = matrix.as_mut_slice();
+        for (&column, &value) in columns.iter().zip(values) {
+            all[column * height + r] += value;
         }
     }
 
@@ -147,16 +184,17 @@ impl Band {
             }
             if i > 1 {
                 let far = &done[i - 2];
-                subtract_product(&mut block.first, start, &block.second, &far.next);
-                subtract_product(&mut block.border, start, &block.second, &far.border);
+                let dense = self.speeds[i - 2];
+                subtract_product_with_speeds(&mut block.first, start, &block.second, dense, &far.next);
+                subtract_product_with_speeds(&mut block.border, start, &block.second, dense, &far.border);
             }
             if i > 0 {
                 let far = &done[i - 1];
-                subtract_product(&mut block.own, 0, &block.first, &far.next);
-                subtract_product(&mut block.border, 0, &block.first, &far.border);
+                let dense = self.speeds[i - 1];
+                subtract_product_with_speeds(&mut block.own, 0, &block.first, dense, &far.next);
+                subtract_product_with_speeds(&mut block.border, 0, &block.first, dense, &far.border);
             }
-            let own = std::mem::replace(&mut block.own, DMatrix::zeros(0, 0));
-            let Some(factors) = Factors::of(own) else { return false };
+            let Some(factors) = Condensed::of(&block.own, start) else { return false };
             factors.solve(&mut block.next);
             factors.solve(&mut block.border);
             self.factors.push(factors);

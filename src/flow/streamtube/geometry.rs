@@ -69,19 +69,22 @@ pub(super) fn displacement_thickness<S: Scalar>(state: [S; 4], law: &impl EdgeLa
     Derived::new(State::from_fn(|k| state[k]), Regime::Laminar, law).displacement
 }
 
-/// Height of the dead air at a distance behind an edge of the given height.
-fn dead_air<S: Scalar>(height: S, distance: f64) -> S {
-    if height.re() <= 0.0 || distance >= DEAD_AIR * height.re() {
+/// Height of the dead air at a distance behind an edge of the given height. The dead air is at least `least` long, as lines
+/// cannot close it within a cell.
+fn dead_air<S: Scalar>(height: S, distance: f64, least: f64) -> S {
+    let length = height * DEAD_AIR + least;
+    if height.re() <= 0.0 || distance >= length.re() {
         return S::from(0.0);
     }
-    let z = -(height * DEAD_AIR).recip() * distance + 1.0;
+    let z = -length.recip() * distance + 1.0;
     height * (-z * 2.0 + 3.0) * z * z
 }
 
 /// Heights of the dead air at the stations of the wake, from the trailing edge on.
 pub(super) fn gaps<S: Scalar>(grid: &Grid, wall: &WallStations<S>) -> Vec<S> {
     let height = wall.edge_height();
-    grid.stations.behind.iter().map(|&distance| dead_air(height, distance)).collect()
+    let behind = &grid.stations.behind;
+    behind.iter().map(|&distance| dead_air(height, distance, behind[1])).collect()
 }
 
 /// How a node is moved: by the displacement of the line, and by the layer and the dead air with these factors.

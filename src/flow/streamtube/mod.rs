@@ -22,8 +22,10 @@ mod adjoint;
 mod background;
 mod band;
 mod cell;
+mod condensed;
 mod equations;
 mod far_field;
+mod follow;
 mod gas;
 mod geometry;
 mod grading;
@@ -34,10 +36,13 @@ mod newton;
 mod numbering;
 mod outputs;
 mod record;
+mod refine;
 mod section_curve;
 mod settings;
 mod solver;
 mod start;
+#[cfg(test)]
+mod start_tests;
 mod status;
 mod system;
 #[cfg(test)]

@@ -3,8 +3,10 @@
 //! On the way the fraction that is gone is damped together with the unknowns: the right-hand side of Newton's step holds
 //! what the equations change with the rest of the way. That derivative is taken with one dual direction.
 
+use super::band::Band;
 use super::gas::Parameters;
 use super::numbering::{ALPHA, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
+use super::outputs::OUTPUTS;
 use super::system::{Linearised, Problem};
 use crate::differentiate::Tangent;
 use crate::flow::layer::Regime;
@@ -130,9 +132,11 @@ impl Factor {
 pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
     let mut way = Way { to, gone: if from.is_some() { 0.0 } else { 1.0 }, from };
     let mut residual = f64::NAN;
+    let mut spare: Option<Band> = None;
     for steps in 0..limits.steps {
         let problem = way.problem();
-        let Some(mut at) = problem.linearise(unknowns, |_| {}) else {
+        let band = spare.take().map_or_else(|| Band::new(&problem.grid, OUTPUTS), Band::cleared);
+        let Some(mut at) = problem.linearise_in(band, unknowns, |_| {}) else {
             return Ended { converged: false, steps, residual };
         };
         residual = at.residuals.largest();
@@ -163,6 +167,7 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
         limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
         let Some(next) = inside(&problem, unknowns, &change, &at.areas, &mut factor) else { return failed };
         *unknowns = next;
+        spare = Some(at.band);
         if advance {
             way.gone = if factor.0 == 1.0 { 1.0 } else { way.gone + factor.0 * (1.0 - way.gone) };
             if way.gone > 0.9999 {

@@ -20,7 +20,7 @@ pub struct StreamtubeSettings {
 
 impl Default for StreamtubeSettings {
     fn default() -> Self {
-        Self { cells: 100, tubes: 22, tolerance: 1e-10, iterations: 60, retry: true }
+        Self { cells: 120, tubes: 24, tolerance: 1e-10, iterations: 60, retry: true }
     }
 }
 

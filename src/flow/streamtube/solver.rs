@@ -1,14 +1,16 @@
 //! The way from a section and an operating point to a solution of the streamtube solver.
 
 use super::equations::Held;
+use super::follow::Following;
 use super::gas::Parameters;
 use super::grading::Stations;
 use super::newton::{Ended, From, Limits, solve};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::record::StreamtubeRecord;
+use super::refine::carried_over;
 use super::section_curve::SectionCurve;
 use super::settings::StreamtubeSettings;
-use super::start::{Guess, climb};
+use super::start::{Guess, NEARLY, climb};
 use super::status;
 use super::system::Problem;
 use crate::flow::condition::{Condition, Incidence, Settings};
@@ -28,6 +30,8 @@ const LARGEST_INCIDENCE: f64 = 15.0;
 const DISSIPATION: (f64, f64) = (1.0, 0.98);
 /// Fraction of a side at which a free layer is taken to turn turbulent where nothing better is known.
 const USUAL_TRANSITION: f64 = 0.35;
+/// Factor by which transition is expected earlier where that of the slow flow leads to nothing.
+const EARLY: f64 = 0.4;
 /// Mach number of the flow from which the place of free transition is guessed.
 const GUESS_MACH: f64 = 0.4;
 /// Largest distance, as fraction of the side, between transition and the station at which it was expected.
@@ -176,12 +180,8 @@ impl StreamtubeSection {
     ) -> Option<Found> {
         let old = &record.problem;
         let mut problem = self.problem(condition, [0.1; 2]);
-        // the stations of free transition are those of the neighbour
-        let expected = self.turning_of_trips(condition);
-        problem.grid.stations.turning = std::array::from_fn(|k| match expected[k] {
-            Some(at) => self.problem(condition, [at; 2]).grid.stations.turning[k],
-            None => old.grid.stations.turning[k],
-        });
+        // the stations of transition are those of the neighbour; for other trips they do not fit
+        problem.grid.stations.turning = old.grid.stations.turning;
         let fits = problem.grid == old.grid
             && problem.nodes.len() == old.nodes.len()
             && problem.held == old.held
@@ -191,9 +191,7 @@ impl StreamtubeSection {
             return None;
         }
         let mut unknowns = record.unknowns.clone();
-        let settings = &self.solver.settings;
-        let limits =
-            Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
+        let limits = self.last();
         let from = From { parameters: old.parameters, nodes: Some(&old.nodes) };
         let ended = solve(&problem, Some(from), &mut unknowns, &limits);
         if ended.converged && self.misplaced(&problem, &unknowns).is_none() {
@@ -230,26 +228,103 @@ impl StreamtubeSection {
         Side::BOTH.into_iter().any(far).then(|| Side::BOTH.map(fraction))
     }
 
-    /// Starts from nothing, and from another guess where the first one fails.
+    /// Starts from nothing, and from other guesses where the first one fails. A flow is sought on a coarse grid first
+    /// and carried over; that is quicker, and leads to flows that are not found on a fine grid from nothing.
     fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
-        let mut last = self.guessed(condition, true, attempts);
-        if last.ended.converged || !self.solver.settings.retry {
-            return last;
+        let slow = self.slow(condition);
+        let retry = self.solver.settings.retry;
+        let mut on_coarse: Option<Found> = None;
+        let mut first: Option<Found> = None;
+        for panel in [true, false] {
+            let name = if panel { "from the panel flow" } else { "from the nose" };
+            if let Some(coarse) = self.on_a_coarser_grid() {
+                let found = coarse.guessed(condition, slow.as_ref(), panel, attempts);
+                if found.ended.converged {
+                    if let Some(fine) = self.refined(condition, &found)
+                        && (fine.ended.converged || !retry)
+                    {
+                        return fine;
+                    }
+                    attempts.push(Attempt::of("from a coarser grid", found.ended.steps, found.ended.residual));
+                    on_coarse.get_or_insert(found);
+                } else {
+                    attempts.push(Attempt::of(name, found.ended.steps, found.ended.residual));
+                }
+            }
+            let found = self.guessed(condition, slow.as_ref(), panel, attempts);
+            if found.ended.converged || !retry {
+                return found;
+            }
+            attempts.push(Attempt::of(name, found.ended.steps, found.ended.residual));
+            first.get_or_insert(found);
         }
-        attempts.push(Attempt::of("from the panel flow", last.ended.steps, last.ended.residual));
-        let second = self.guessed(condition, false, attempts);
-        if second.ended.converged {
-            return second;
-        }
-        attempts.push(Attempt::of("from the nose", second.ended.steps, second.ended.residual));
         // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
-        if let Some(coarse) = self.on_a_coarser_grid()
-            && let found = coarse.guessed(condition, true, attempts)
-            && found.ended.converged
-        {
-            last = found;
+        match on_coarse.or(first) {
+            Some(found) => found,
+            None => self.guessed(condition, slow.as_ref(), true, attempts),
         }
-        last
+    }
+
+    /// Goes on from a flow on a coarser grid.
+    fn refined(&self, condition: &Condition, coarse: &Found) -> Option<Found> {
+        let turning = self.turning_of(condition, &coarse.unknowns);
+        let mut problem = self.problem(condition, turning);
+        let globals = coarse.unknowns.globals;
+        let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
+        let free = turning != self.turning_of_trips(condition).map(|turning| turning.unwrap_or(f64::NAN));
+        let limits = self.last();
+        let mut ended = if free {
+            problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
+            solve(&problem, None, &mut unknowns, &Limits { tolerance: NEARLY, ..limits })
+        } else {
+            solve(&problem, None, &mut unknowns, &limits)
+        };
+        ended.steps += coarse.ended.steps;
+        if free && ended.converged {
+            ended = self.followed(condition, &mut problem, &mut unknowns, ended);
+        }
+        Some(Found { problem, unknowns, ended })
+    }
+
+    /// Fractions of the sides at which the layers of a flow turn turbulent, with those of the trips where they do there.
+    fn turning_of(&self, condition: &Condition, unknowns: &Unknowns) -> [f64; 2] {
+        let trips = self.turning_of_trips(condition);
+        let stagnation = unknowns.globals[STAGNATION];
+        Side::BOTH.map(|side| {
+            let (k, length) = (side.index(), side.length(stagnation, self.curve.total()));
+            let place = unknowns.globals[TRANSITION[k]];
+            let trip = trips[k].zip(self.trip(condition, side));
+            match trip {
+                Some((turning, trip)) if place > (1.0 - SHIFT) * side.distance(stagnation, trip) => turning,
+                _ => place / length,
+            }
+        })
+    }
+
+    /// Arc length from the first node to the trip of a side.
+    fn trip(&self, condition: &Condition, side: Side) -> Option<f64> {
+        let x = condition.trips[side.index()].filter(|x| *x < 1.0)?;
+        Some(self.curve.arc_length(self.curve.index_at_x(side, x)))
+    }
+
+    /// Leads a flow with fixed transition to one with free transition.
+    fn followed(&self, condition: &Condition, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
+        let trips = self.turning_of_trips(condition);
+        let lay = |fractions: [f64; 2]| {
+            let at = |k: usize| match trips[k] {
+                // close to a trip the stations are those of the trip
+                Some(turning) if fractions[k] > (1.0 - SHIFT) * turning => turning,
+                _ => fractions[k],
+            };
+            self.problem(condition, [at(0), at(1)])
+        };
+        let following = Following {
+            lay: &lay,
+            trips: Side::BOTH.map(|side| self.trip(condition, side)),
+            total: self.curve.total(),
+            settings: &self.solver.settings,
+        };
+        following.follow(problem, unknowns, before)
     }
 
     /// This section for a coarser grid; `None` where the grid is coarse already.
@@ -263,48 +338,89 @@ impl StreamtubeSection {
 
     /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are
     /// laid anew where transition ends far from its station.
-    fn guessed(&self, condition: &Condition, panel: bool, attempts: &mut Vec<Attempt>) -> Found {
-        let mut turning = self.first_turning(condition);
+    fn guessed(
+        &self,
+        condition: &Condition,
+        slow: Option<&Solution>,
+        panel: bool,
+        attempts: &mut Vec<Attempt>,
+    ) -> Found {
+        let mut turning = self.first_turning(condition, slow);
         let mut guess = self.guess(condition, panel);
-        let mut found;
-        let mut laid = 0;
-        loop {
-            let problem = self.problem(condition, turning);
-            for side in Side::BOTH {
-                let (k, length) = (side.index(), side.length(guess.stagnation, self.curve.total()));
-                guess.transition[k] = match condition.trips[k].filter(|x| *x < 1.0) {
-                    Some(x) => {
-                        let trip = self.curve.arc_length(self.curve.index_at_x(side, x));
-                        side.distance(guess.stagnation, trip).max(0.25 * turning[k] * length)
-                    }
-                    None => turning[k] * length,
-                };
-            }
-            let (unknowns, ended) = climb(&problem, &guess, &self.solver.settings);
-            found = Found { problem, unknowns, ended };
-            laid += 1;
-            match self.misplaced(&found.problem, &found.unknowns) {
-                Some(better) if laid < LAYINGS && found.ended.converged => {
-                    attempts.push(Attempt::of("stations of transition", found.ended.steps, found.ended.residual));
-                    // a layer that turned turbulent elsewhere than where it was to be tripped is expected there
-                    turning = better.map(|f| if f.is_finite() { f.clamp(0.005, 0.97) } else { USUAL_TRANSITION });
-                }
-                _ => return found,
+        guess.layers = slow.map(|solution| {
+            let distributions = solution.distributions();
+            [distributions.upper, distributions.lower]
+        });
+        let trips = self.turning_of_trips(condition);
+        if !panel {
+            // early transition keeps laminar layers from separating in the slow flow
+            turning =
+                std::array::from_fn(|k| if trips[k] == Some(turning[k]) { turning[k] } else { EARLY * turning[k] });
+        }
+        let mut problem = self.problem(condition, turning);
+        guess.free = (0..2).any(|k| trips[k] != Some(turning[k]));
+        for side in Side::BOTH {
+            let (k, length) = (side.index(), side.length(guess.stagnation, self.curve.total()));
+            let trip = self.trip(condition, side).filter(|_| trips[k] == Some(turning[k]));
+            guess.transition[k] = match trip {
+                Some(trip) => side.distance(guess.stagnation, trip).max(0.25 * turning[k] * length),
+                None => turning[k] * length,
+            };
+        }
+        let (mut unknowns, mut ended) = climb(&problem, &guess, &self.solver.settings);
+        if guess.free {
+            problem.fixed_transition = Some(guess.transition);
+            if ended.converged {
+                ended = self.followed(condition, &mut problem, &mut unknowns, ended);
             }
         }
+        self.laid_anew(condition, Found { problem, unknowns, ended }, attempts)
     }
 
-    /// Fractions of the sides at which transition is expected: at the trips, or where a slower panel flow has it.
-    fn first_turning(&self, condition: &Condition) -> [f64; 2] {
-        let trips = self.turning_of_trips(condition);
-        if let [Some(upper), Some(lower)] = trips {
-            return [upper, lower];
+    /// The flow with stations laid anew while transition stands far from its stations.
+    fn laid_anew(&self, condition: &Condition, mut found: Found, attempts: &mut Vec<Attempt>) -> Found {
+        for _ in 0..LAYINGS {
+            let Some(better) = found.ended.converged.then(|| self.misplaced(&found.problem, &found.unknowns)).flatten()
+            else {
+                break;
+            };
+            attempts.push(Attempt::of("stations of transition", found.ended.steps, found.ended.residual));
+            // a layer that turned turbulent elsewhere than where it was to be tripped is expected there
+            let turning = better.map(|f| if f.is_finite() { f.clamp(0.005, 0.97) } else { USUAL_TRANSITION });
+            let problem = self.problem(condition, turning);
+            let globals = found.unknowns.globals;
+            let Some(mut unknowns) = carried_over(&found.problem, &found.unknowns, &problem, globals) else { break };
+            let mut ended = solve(&problem, None, &mut unknowns, &self.last());
+            ended.steps += found.ended.steps;
+            found = Found { problem, unknowns, ended };
         }
-        let slower = Condition { mach: condition.mach.min(GUESS_MACH), ..*condition };
+        found
+    }
+
+    /// Limits of the last stage of a start.
+    fn last(&self) -> Limits {
+        let settings = &self.solver.settings;
+        Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true }
+    }
+
+    /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are
+    /// guessed from it.
+    fn slow(&self, condition: &Condition) -> Option<Solution> {
+        let incidence = Incidence::Alpha(self.panels.nodes.frame.alpha(self.guess(condition, true).alpha));
+        let slower = Condition { mach: condition.mach.min(GUESS_MACH), incidence, ..*condition };
         let settings = Settings { retry: false, ..Settings::default() };
-        let solution = self.panels.analyze(&slower, &settings, None).ok().filter(Solution::is_solved);
-        let transition = solution.map_or([USUAL_TRANSITION; 2], |s| s.coefficients.transition);
-        std::array::from_fn(|k| transition[k].clamp(0.01, 0.97))
+        self.panels.analyze(&slower, &settings, None).ok().filter(Solution::is_solved)
+    }
+
+    /// Fractions of the sides at which transition is expected: at the trips, or where the slower flow has it without
+    /// them or far ahead of them.
+    fn first_turning(&self, condition: &Condition, slow: Option<&Solution>) -> [f64; 2] {
+        let trips = self.turning_of_trips(condition);
+        let found = slow.map_or([USUAL_TRANSITION; 2], |s| s.coefficients.transition);
+        std::array::from_fn(|k| match (trips[k], condition.trips[k]) {
+            (Some(turning), Some(x)) if slow.is_none() || found[k] > (1.0 - SHIFT) * x => turning,
+            _ => found[k].clamp(0.01, 0.97),
+        })
     }
 
     /// The first guess of the outer flow.
@@ -335,6 +451,8 @@ impl StreamtubeSection {
             alpha,
             transition: [0.0; 2],
             relaxed: panel,
+            free: false,
+            layers: None,
         }
     }
 }

@@ -12,10 +12,12 @@ use super::kernel::{Kernel, Row};
 use super::newton::{Ended, From, Limits, solve};
 use super::numbering::{ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::outputs::{LIFT, WallPressure, wall_loads};
+use super::refine::straight;
 use super::settings::StreamtubeSettings;
 use super::system::{Numbers, Problem};
 use super::tubes::{cell, cell_inputs};
 use crate::flow::layer::{EdgeLaw, FreeStream, Regime, Side, State, transition_state};
+use crate::flow::solution::StationFlow;
 
 /// Mach number of the slow flow.
 const SLOW: f64 = 0.4;
@@ -25,11 +27,13 @@ const STRONG: (f64, f64) = (2.0, 0.90);
 const CAP: f64 = 0.9;
 /// Residual at which a stage that is only passed through ends.
 const PASSED: f64 = 1e-2;
+/// Residual of the slow flow above which faster flow is not tried.
+const HOPELESS: f64 = 0.5;
 /// Residual at which the last stage but one ends.
-const NEARLY: f64 = 1e-4;
+pub(super) const NEARLY: f64 = 1e-4;
 
 /// The first guess of the outer flow.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Guess {
     /// Arc length of the stagnation point from the first node.
     pub stagnation: f64,
@@ -41,14 +45,19 @@ pub(super) struct Guess {
     pub transition: [f64; 2],
     /// Whether small speeds may change by more than a quarter of themselves.
     pub relaxed: bool,
+    /// Whether a layer is expected to turn turbulent elsewhere than at a trip.
+    pub free: bool,
+    /// Layers of a slow flow on both sides, from the stagnation point on.
+    pub layers: Option<[Vec<StationFlow>; 2]>,
 }
 
-/// Solves `problem` from nothing; the unknowns hold the last state.
+/// Solves `problem` from nothing; the unknowns hold the last state. Where transition is free it is kept where the guess
+/// has it.
 pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
     let limits =
         |steps: usize, tolerance: f64| Limits { steps, tolerance, stride: 1.0, hold: 0.5, relaxed: guess.relaxed };
     let released = problem;
-    let free = problem.trips.iter().any(|trip| trip.is_none_or(|x| x >= 1.0));
+    let free = guess.free;
     let lifted = problem.held == Held::Lift;
     // free transition is kept where it is expected until the flow stands, and the lift is not held before
     let fixed_transition = if free { Some(guess.transition) } else { problem.fixed_transition };
@@ -72,11 +81,12 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
 
     let stage = Problem { parameters: slow, ..problem.clone() };
     if problem.grid.viscous {
-        unknowns = with_layers(&inviscid, &unknowns, &stage);
+        unknowns = with_layers(&inviscid, &unknowns, &stage, guess.layers.as_ref());
         speeds_from_areas(&stage, &mut unknowns);
     }
     let ended = counted(solve(&stage, None, &mut unknowns, &limits(30, PASSED)));
-    if !ended.residual.is_finite() {
+    // written so that NaN ends it
+    if !(ended.residual < HOPELESS) {
         return (unknowns, ended);
     }
     let stage = Problem { parameters: strong, ..problem.clone() };
@@ -95,9 +105,6 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         let to = Problem { fixed_transition, ..released.clone() };
         let limits = if free { Limits { tolerance: NEARLY, ..end } } else { end };
         ended = counted(solve(&to, Some(from), &mut unknowns, &limits));
-    }
-    if free && ended.converged {
-        ended = counted(solve(released, None, &mut unknowns, &end));
     }
     (unknowns, ended)
 }
@@ -158,7 +165,7 @@ fn edge_speeds(problem: &Problem, unknowns: &Unknowns) -> Option<[Vec<f64>; 3]> 
 }
 
 /// The flow with layers put in by closed formulas, from one without.
-fn with_layers(inviscid: &Problem, from: &Unknowns, to: &Problem) -> Unknowns {
+fn with_layers(inviscid: &Problem, from: &Unknowns, to: &Problem, layers: Option<&[Vec<StationFlow>; 2]>) -> Unknowns {
     let (old, grid) = (&inviscid.grid, &to.grid);
     let mut unknowns = Unknowns { globals: from.globals, ..Unknowns::zeros(grid) };
     for station in 0..grid.count() {
@@ -173,7 +180,9 @@ fn with_layers(inviscid: &Problem, from: &Unknowns, to: &Problem) -> Unknowns {
     let law = to.flow().stream;
     for side in Side::BOTH {
         let k = side.index();
-        let states = layer_guess(grid, side, &geometry.wall.arcs[k], &speeds[k], law);
+        let arcs = &geometry.wall.arcs[k];
+        let known = layers.and_then(|layers| known_layer(grid, side, arcs, &layers[k]));
+        let states = known.unwrap_or_else(|| layer_guess(grid, side, arcs, &speeds[k], law));
         for (number, state) in states.into_iter().enumerate() {
             set_layer(grid, &mut unknowns, grid.stations.nose() + 1 + number, Sheet::Wall(side), state);
         }
@@ -187,6 +196,34 @@ fn set_layer(grid: &Grid, unknowns: &mut Unknowns, station: usize, sheet: Sheet,
     for (k, value) in state.numbers().into_iter().enumerate() {
         unknowns.set(grid.layer(station, sheet, k), value);
     }
+}
+
+/// States of the stations of a side behind the nose, from those of another flow; `None` where that has too few.
+fn known_layer(grid: &Grid, side: Side, x: &[f64], flow: &[StationFlow]) -> Option<Vec<State>> {
+    let turning = grid.stations.turning[side.index()];
+    let of = |laminar: bool| -> Vec<&StationFlow> {
+        flow.iter().filter(|s| s.s > 0.0 && (s.shear_stress == 0.0) == laminar).collect()
+    };
+    let parts = [of(true), of(false)];
+    if parts.iter().any(|part| part.len() < 2) {
+        return None;
+    }
+    let state = |k: usize| {
+        let laminar = k <= turning;
+        let part = &parts[usize::from(!laminar)];
+        let places: Vec<f64> = part.iter().map(|s| s.s.ln()).collect();
+        let (n, share) = straight(&places, x[k].ln());
+        let between = |of: &dyn Fn(&StationFlow) -> f64| of(part[n]) + share * (of(part[n + 1]) - of(part[n]));
+        let ahead = if laminar { (x[k].ln() - places[0]).min(0.0) } else { 0.0 };
+        State {
+            log_theta: between(&|s| s.momentum_thickness.ln()),
+            log_shape: between(&|s| (s.shape_parameter - 1.0).ln()),
+            third: between(&|s| if laminar { s.amplification } else { 0.5 * s.shear_stress.ln() }),
+            log_speed: between(&|s| s.edge_velocity.ln()) + ahead,
+        }
+    };
+    let states: Vec<State> = (1..x.len()).map(state).collect();
+    states.iter().all(|s| s.numbers().iter().all(|v| v.is_finite())).then_some(states)
 }
 
 /// The speeds with the fall to the trailing edge filled, as the layer will fill it.

@@ -127,6 +127,16 @@ impl Linearisation<'_> {
         }
     }
 
+    /// Adds the derivatives with respect to several unknowns of a station.
+    #[inline]
+    fn by_station(&mut self, row: Row, station: usize, columns: &[usize], values: &[f64]) {
+        let place = |index: usize| Place { station, index };
+        match row {
+            Row::Station(own) => self.band.add_several(own, station, columns, values),
+            _ => columns.iter().zip(values).for_each(|(&index, &value)| self.by_unknown(row, place(index), value)),
+        }
+    }
+
     #[inline]
     fn by_global(&mut self, row: Row, global: usize, value: f64) {
         match row {
@@ -162,15 +172,14 @@ impl Linearisation<'_> {
                         _ => [0.0, value],
                     };
                     k += usize::from(both);
-                    for q in 0..node.count {
-                        let place = Place { station, index: node.index[q] };
-                        self.by_unknown(row, place, by[0] * node.by[q][0] + by[1] * node.by[q][1]);
-                    }
+                    let values = node.by.map(|own| by[0] * own[0] + by[1] * own[1]);
+                    self.by_station(row, station, &node.index[..node.count], &values[..node.count]);
                     add(&node.by_places[0], by[0]);
                     add(&node.by_places[1], by[1]);
                 }
-                // pressures do not depend on the speeds farther upstream, for which the band has no room
-                Input::Unknown(_) if value == 0.0 => {}
+                // pressures do not depend on the speeds farther upstream, for which the band has no room; a number that is
+                // not finite shows in the residual
+                Input::Unknown(_) if value == 0.0 || !value.is_finite() => {}
                 Input::Unknown(place) => self.by_unknown(row, place, value),
                 Input::Global(g) => self.by_global(row, g, value),
                 Input::Wall { side, point, axis } => {
@@ -298,9 +307,18 @@ impl Problem {
 
     /// The system linearised at unknowns, with further terms that `outputs` goes over.
     pub fn linearise(&self, unknowns: &Unknowns, outputs: impl Fn(&mut Linearisation)) -> Option<Linearised> {
+        self.linearise_in(Band::new(&self.grid, OUTPUTS), unknowns, outputs)
+    }
+
+    /// The system linearised at unknowns in `band`, which holds zeros.
+    pub fn linearise_in(
+        &self,
+        mut band: Band,
+        unknowns: &Unknowns,
+        outputs: impl Fn(&mut Linearisation),
+    ) -> Option<Linearised> {
         let flow = self.flow();
         let (geometry, moves) = (self.geometry(unknowns)?, self.moves(unknowns)?);
-        let mut band = Band::new(&self.grid, OUTPUTS);
         let mut pass = Linearisation {
             numbers: Numbers { geometry: &geometry, unknowns },
             moves: &moves,

@@ -77,7 +77,8 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
         fixed_transition: Some(transition),
         parameters,
     };
-    let guess = Guess { stagnation: nose, circulation: 0.0, alpha, transition, relaxed: true };
+    let guess =
+        Guess { stagnation: nose, circulation: 0.0, alpha, transition, relaxed: true, free: false, layers: None };
     let settings = StreamtubeSettings { tolerance: 1e-11, ..StreamtubeSettings::default() };
     let (unknowns, ended) = climb(&problem, &guess, &settings);
     assert!(ended.converged, "{ended:?}");
@@ -198,11 +199,11 @@ fn a_flow_that_is_not_found_says_so() {
     assert!(solution.status.to_string().contains("residual"), "{}", solution.status);
 }
 
-/// A smooth change of the nodes of a section.
+/// A smooth change of the nodes of a section, which cambers it so that no derivative nearly vanishes.
 fn smooth(i: usize) -> [f64; 2] {
     let t = std::f64::consts::PI * i as f64 / 160.0;
     let sine = t.sin().powi(2);
-    [0.1 * (5.0 * t).sin() * sine, sine * (3.0 * t + 0.4).cos()]
+    [0.1 * (5.0 * t).sin() * sine, sine * (2.0 * t + 0.4).cos()]
 }
 
 #[test]
@@ -397,7 +398,9 @@ fn small_systems_are_solved_as_dense_ones() {
                     let same_tube = r - grid.speeds_start(i).min(r) == c - grid.speeds_start(j).min(c);
                     let allowed = match i + 1 - j.min(i + 1) {
                         0 => c < grid.speeds_start(j),
-                        1 | 2 => true,
+                        // the equation of a speed knows of the station's own speeds that one alone
+                        1 => !is_speed || c < grid.speeds_start(j) || same_tube,
+                        2 => true,
                         3 => is_speed,
                         _ => is_speed && c >= grid.speeds_start(j) && same_tube,
                     };

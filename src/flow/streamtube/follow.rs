@@ -1,0 +1,118 @@
+//! Free transition, followed by flows with fixed transition one after the other.
+//!
+//! A flow whose transition is kept somewhere converges as well as a tripped one, also where the laminar layer separates.
+//! Its amplification says where transition wants to be. Stations are laid there and the flow is carried over, until
+//! transition stands close enough for Newton's method to find its place together with all other unknowns.
+
+use super::newton::{Ended, Limits, solve};
+use super::numbering::{STAGNATION, Sheet, TRANSITION, Unknowns};
+use super::refine::carried_over;
+use super::settings::StreamtubeSettings;
+use super::start::NEARLY;
+use super::system::Problem;
+use crate::flow::layer::Side;
+
+/// Largest number of flows with fixed transition.
+const FLOWS: usize = 16;
+/// Largest number of Newton steps of one of them.
+const STEPS: usize = 20;
+/// Distance of transition from its wanted place from which on it is let go, over its distance from the nearer end of
+/// the side.
+const NEAR: f64 = 0.08;
+/// Largest ratio of the place of transition after and before a move, and of that from the edge.
+const MOVE: f64 = 1.5;
+/// Shares of a move that are tried one after the other.
+const SHARES: [f64; 3] = [1.0, 0.4, 0.1];
+/// Last place of transition, as fraction of the side.
+const LAST: f64 = 0.9995;
+
+/// A flow whose transition is to be found.
+pub(super) struct Following<'a> {
+    /// The flow that is sought, with stations for transition at fractions of the sides.
+    pub lay: &'a dyn Fn([f64; 2]) -> Problem,
+    /// Arc lengths of the trips from the first node.
+    pub trips: [Option<f64>; 2],
+    /// Length of the surface.
+    pub total: f64,
+    pub settings: &'a StreamtubeSettings,
+}
+
+impl Following<'_> {
+    /// Leads a flow with fixed transition to one with free transition. Problem and unknowns hold the last state.
+    pub fn follow(&self, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
+        let mut steps = before.steps;
+        for _ in 0..FLOWS {
+            let now = TRANSITION.map(|g| unknowns.globals[g]);
+            let wanted = Side::BOTH.map(|side| self.wanted(problem, unknowns, side));
+            let lengths = Side::BOTH.map(|side| side.length(unknowns.globals[STAGNATION], self.total));
+            let far = |k: usize| (wanted[k] - now[k]).abs() > NEAR * now[k].min(lengths[k] - now[k]);
+            if !far(0) && !far(1) {
+                break;
+            }
+            let moved = SHARES.into_iter().find_map(|share| {
+                let places = std::array::from_fn(|k| {
+                    let place = now[k] + share * (wanted[k] - now[k]);
+                    let rest = lengths[k] - now[k];
+                    place.clamp(
+                        (now[k] / MOVE).max(lengths[k] - MOVE * rest),
+                        (MOVE * now[k]).min(lengths[k] - rest / MOVE),
+                    )
+                });
+                let (next, state, ended) = self.fixed(problem, unknowns, places, lengths)?;
+                steps += ended.steps;
+                ended.converged.then_some((next, state))
+            });
+            let Some((next, state)) = moved else { break };
+            (*problem, *unknowns) = (next, state);
+        }
+        let settings = self.settings;
+        let released = Problem { fixed_transition: None, ..problem.clone() };
+        let limits =
+            Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
+        let mut ended = solve(&released, None, unknowns, &limits);
+        *problem = released;
+        ended.steps += steps;
+        ended
+    }
+
+    /// The flow with transition kept at other places, from one nearby.
+    fn fixed(
+        &self,
+        problem: &Problem,
+        unknowns: &Unknowns,
+        places: [f64; 2],
+        lengths: [f64; 2],
+    ) -> Option<(Problem, Unknowns, Ended)> {
+        let laid = (self.lay)(std::array::from_fn(|k| places[k] / lengths[k]));
+        let next = Problem { fixed_transition: Some(places), ..laid };
+        let mut from = unknowns.clone();
+        for (g, place) in TRANSITION.into_iter().zip(places) {
+            from.globals[g] = place;
+        }
+        let mut state = carried_over(problem, unknowns, &next, from.globals)?;
+        let limits = Limits { steps: STEPS, tolerance: NEARLY, stride: 1.0, hold: 0.5, relaxed: true };
+        let ended = solve(&next, None, &mut state, &limits);
+        Some((next, state, ended))
+    }
+
+    /// The place at which the amplification of a layer becomes critical, as arc length from the stagnation point: at a
+    /// trip at the latest, and behind transition by extrapolation.
+    fn wanted(&self, problem: &Problem, unknowns: &Unknowns, side: Side) -> f64 {
+        let (grid, k) = (&problem.grid, side.index());
+        let stagnation = unknowns.globals[STAGNATION];
+        let length = side.length(stagnation, self.total);
+        let trip = self.trips[k].map_or(f64::INFINITY, |trip| side.distance(stagnation, trip));
+        let limit = trip.min(LAST * length);
+        let Some(geometry) = problem.geometry(unknowns) else { return unknowns.globals[TRANSITION[k]] };
+        let arcs = &geometry.wall.arcs[k];
+        let turning = grid.stations.turning[k];
+        let amplification =
+            |number: usize| unknowns.at(grid.layer(grid.stations.nose() + number, Sheet::Wall(side), 2));
+        let critical = problem.critical;
+        let first = (2..=turning).find(|&n| amplification(n) >= critical).unwrap_or(turning);
+        let (a, b) = (amplification(first - 1), amplification(first));
+        let rise = (b - a) / (arcs[first] - arcs[first - 1]);
+        let place = if rise > 0.0 { arcs[first] + (critical - b) / rise } else { limit };
+        place.max(0.0).min(limit)
+    }
+}

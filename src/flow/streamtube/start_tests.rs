@@ -1,0 +1,74 @@
+//! Starts: flows on two grids, free transition, and sections whose layers nearly separate at the edge.
+
+use super::numbering::Unknowns;
+use super::record::StreamtubeRecord;
+use super::refine::carried_over;
+use super::solver::StreamtubeSolver;
+use crate::flow::condition::{Condition, Incidence};
+use crate::flow::solution::Solution;
+use crate::flow::solver::FlowSolver;
+use crate::flow::{StreamtubeSettings, TrailingEdge, panel_parameters};
+use crate::section::SectionDefinition;
+use std::any::Any;
+
+const SMALL: StreamtubeSettings =
+    StreamtubeSettings { cells: 60, tubes: 14, tolerance: 1e-10, iterations: 60, retry: true };
+
+/// Nodes and edge of a section by its name.
+fn section(name: &str) -> (Vec<[f64; 2]>, TrailingEdge) {
+    let section = SectionDefinition::parse(name).unwrap().section().unwrap();
+    let nodes = panel_parameters(&section, 161).into_iter().map(|u| section.curve().point_at(u)).collect();
+    (nodes, section.trailing_edge())
+}
+
+fn solved(nodes: &[[f64; 2]], edge: TrailingEdge, condition: &Condition, settings: StreamtubeSettings) -> Solution {
+    StreamtubeSolver { settings }.section(nodes, edge).unwrap().analyze(condition, None).unwrap()
+}
+
+fn record(solution: &Solution) -> &StreamtubeRecord {
+    let record: &dyn Any = &*solution.record;
+    record.downcast_ref().unwrap()
+}
+
+#[test]
+fn a_flow_carried_over_to_its_own_grid_is_itself() {
+    let (nodes, edge) = section("naca2412:sharp");
+    let condition = Condition { mach: 0.72, trips: [Some(0.1); 2], ..Condition::new(Incidence::Alpha(0.02), 5e6) };
+    let solution = solved(&nodes, edge, &condition, SMALL);
+    assert!(solution.is_reliable(), "{}", solution.status);
+    let record = record(&solution);
+    let (problem, unknowns) = (&record.problem, &record.unknowns);
+    let same = carried_over(problem, unknowns, problem, unknowns.globals).unwrap();
+    let difference = |a: &Unknowns, b: &Unknowns| {
+        let pairs = a.stations.iter().flatten().zip(b.stations.iter().flatten());
+        pairs.fold(0.0f64, |worst, (x, y)| worst.max((x - y).abs()))
+    };
+    assert!(difference(&same, unknowns) < 1e-11);
+}
+
+#[test]
+fn thick_cambered_sections_are_found_on_the_usual_grid() {
+    let condition =
+        Condition { mach: 0.6, trips: [Some(0.1); 2], ..Condition::new(Incidence::Alpha(2f64.to_radians()), 5e6) };
+    for name in ["naca4421:sharp", "naca4421"] {
+        let (nodes, edge) = section(name);
+        let solution = solved(&nodes, edge, &condition, StreamtubeSettings::default());
+        assert!(solution.is_reliable(), "{name}: {}", solution.status);
+        let c = solution.coefficients;
+        assert!((0.58..0.68).contains(&c.cl) && (0.0138..0.0152).contains(&c.cd), "{c:?}");
+    }
+}
+
+#[test]
+fn free_transition_is_found_where_amplification_is_critical() {
+    let (nodes, edge) = section("naca2412:sharp");
+    let condition = Condition { mach: 0.72, ..Condition::new(Incidence::Lift(0.5), 6e6) };
+    let solution = solved(&nodes, edge, &condition, SMALL);
+    assert!(solution.is_reliable() && solution.residual < 1e-9, "{}", solution.status);
+    let distributions = solution.distributions();
+    for (side, x) in [&distributions.upper, &distributions.lower].into_iter().zip(solution.coefficients.transition) {
+        let last = side.iter().rfind(|s| s.shear_stress == 0.0).unwrap();
+        assert!((last.x - x).abs() < 1e-9 && (0.01..0.95).contains(&x), "{} {x}", last.x);
+        assert!((last.amplification - condition.n_critical).abs() < 1e-3, "{}", last.amplification);
+    }
+}
