@@ -186,7 +186,7 @@ fn gradients() -> Result<Sheet, Failure> {
     let exact = [&g.cl, &g.cd, &g.cm, &held.cd_wave];
     let names = ["CL", "CD", "Cm", "wave drag"];
     for centre in [0.15, 0.4, 0.7] {
-        let differences = difference(2e-5, |h| solve(&bumped(&start, centre, h), &condition, Some(&base)))?;
+        let differences = difference(1e-5, |h| solve(&bumped(&start, centre, h), &condition, Some(&base)))?;
         let unit = bumped(&start, centre, 1.0);
         for (k, name) in names.iter().enumerate() {
             let by: f64 =
