@@ -19,9 +19,11 @@ use std::ops::ControlFlow;
 /// The model of the objective is its value and gradient with the [Gauss-Newton matrix](Problem::gauss_newton) of the
 /// problem. Each iteration minimises it within the bounds, which are met exactly, damped just enough for the step to stay
 /// within a ball of the problem's [`metric`](Problem::metric), or of [natural steps](Problem::natural_steps) where there
-/// is none. It costs one evaluation; a matrix is asked for only where a step was accepted. A step that fell short gives
-/// the next radius by the cubic through the objective and its slope at both ends. A failed analysis counts as a rejected
-/// step.
+/// is none. It costs one evaluation. A step that fell short of the model is followed by a further one from its end, for
+/// a second evaluation, and the lower of the two ends counts: long steps along a curved valley end on its slope, from
+/// where the next leads back to its floor. A matrix is asked for only where a step was accepted or is followed by a
+/// further one. A step that was rejected gives the next radius by the cubic through the objective and its slope at both
+/// ends. A failed analysis counts as a rejected step.
 ///
 /// The run has converged where the model without damping promises less than
 /// [`objective_tolerance`](Self::objective_tolerance) of the objective, or where the objective has fallen to a 10⁻²⁰th
@@ -49,7 +51,7 @@ impl Default for GaussNewton {
     fn default() -> Self {
         Self {
             objective_tolerance: 1e-4,
-            progress_tolerance: 1e-2,
+            progress_tolerance: 2e-2,
             match_tolerance: 1e-8,
             first_radius: 1.0,
             limits: Limits::default(),
@@ -59,6 +61,10 @@ impl Default for GaussNewton {
 
 /// Share of the predicted decrease from which a step is accepted.
 const ACCEPT: f64 = 1e-4;
+/// Share of the predicted decrease below which a step is corrected by a further one.
+const FAIR: f64 = 0.25;
+/// Objective over that before a step from which no further step is tried.
+const STEEP: f64 = 10.0;
 /// Share of the predicted decrease below which the ball shrinks, and above which it grows.
 const POOR: f64 = 0.1;
 const GOOD: f64 = 0.75;
@@ -281,35 +287,69 @@ impl Run<'_> {
         f64::INFINITY
     }
 
-    /// One step: the next point, or `None` where it is rejected.
-    fn advance(&mut self, point: &Modelled, step: Step) -> Option<Modelled> {
-        let Step { step, length, fall, at_surface } = step;
+    /// The end of a step, within the bounds to the last bit.
+    fn moved(&self, point: &Modelled, step: &DVector<f64>) -> Vec<f64> {
         let bounds = &self.ledger.description().variable_bounds;
         let move_by = |k: usize| (point.x[k] + step[k] * self.steps[k]).max(bounds[k].lower).min(bounds[k].upper);
-        let x: Vec<f64> = (0..point.x.len()).map(move_by).collect();
+        (0..point.x.len()).map(move_by).collect()
+    }
+
+    /// One step: the next point, or `None` where it is rejected.
+    fn advance(&mut self, point: &Modelled, step: Step) -> Option<Modelled> {
+        let x = self.moved(point, &step.step);
         let Ok(evaluation) = self.ledger.evaluate(&x) else {
             self.failed_at = Some(self.ledger.iteration);
-            self.radius = 0.25 * length;
+            self.radius = 0.25 * step.length;
             return None;
         };
-        let share = (point.evaluation.objective - evaluation.objective) / fall;
-        // written so that NaN fails
-        if !(share >= POOR) {
-            let along = |e: &Evaluation| (0..x.len()).map(|k| e.gradient[k] * step[k] * self.steps[k]).sum::<f64>();
-            let sample = |step: f64, e: &Evaluation| LineSample { step, value: e.objective, slope: along(e) };
-            let (here, there) = (sample(0.0, &point.evaluation), sample(1.0, &evaluation));
-            self.radius = cubic_minimum(here, there).unwrap_or(0.5).clamp(0.1, 0.7) * length;
-        } else if share > GOOD && at_surface {
-            self.radius = 2.0 * length;
-        }
-        if !(share >= ACCEPT) {
+        let along =
+            |e: &Evaluation| e.gradient.iter().zip(&self.steps).zip(&step.step).map(|((g, h), s)| g * h * s).sum();
+        let sample = |step: f64, e: &Evaluation| LineSample { step, value: e.objective, slope: along(e) };
+        let (here, there) = (sample(0.0, &point.evaluation), sample(1.0, &evaluation));
+        let shorter = cubic_minimum(here, there).unwrap_or(0.5).clamp(0.1, 0.7) * step.length;
+        let share_of = |objective: f64| (point.evaluation.objective - objective) / step.fall;
+        let share = share_of(evaluation.objective);
+        if !(share >= FAIR || evaluation.objective < STEEP * point.evaluation.objective) {
+            // so far up, or so far from a number, that there is no way back within a step
+            self.radius = shorter;
             return None;
         }
-        let next = self.expand(x, evaluation);
-        if next.is_none() {
-            self.radius = 0.25 * length;
+        let next = if share >= FAIR { self.expand(x, evaluation) } else { self.corrected(x, evaluation) };
+        let Some(next) = next else {
+            self.radius = 0.25 * step.length;
+            return None;
+        };
+        let share = share_of(next.evaluation.objective);
+        if share > GOOD && step.at_surface {
+            self.radius = 2.0 * step.length;
+        } else if share < ACCEPT {
+            self.radius = shorter;
+        } else if share < POOR {
+            self.radius = 0.5 * step.length;
         }
-        next
+        (share >= ACCEPT).then_some(next)
+    }
+
+    /// The lower one of the end of a step that fell short and of the end of a further step from there.
+    ///
+    /// Long steps along a curved valley end on its slope, from where the next step leads back to its floor, so that
+    /// the two together may have gone far (the watchdog of Chamberlain, Powell, Lemarechal and Pedersen, Mathematical
+    /// Programming Study 16, 1982, with a patience of one step).
+    fn corrected(&mut self, x: Vec<f64>, evaluation: Evaluation) -> Option<Modelled> {
+        let end = self.expand(x, evaluation)?;
+        let (damping, latest) = (self.damping, self.latest.take());
+        let back = self.step(&end);
+        (self.damping, self.latest) = (damping, latest);
+        let Some(back) = back else { return Some(end) };
+        let x = self.moved(&end, &back.step);
+        match self.ledger.evaluate(&x) {
+            Ok(further) if further.objective < end.evaluation.objective => self.expand(x, further).or(Some(end)),
+            Ok(_) => Some(end),
+            Err(_) => {
+                self.failed_at = Some(self.ledger.iteration);
+                Some(end)
+            }
+        }
     }
 
     /// A wall of failures is met again and again, with short accepted steps in between.

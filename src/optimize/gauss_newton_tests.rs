@@ -59,6 +59,15 @@ impl VectorFunction for Valley {
     }
 }
 
+/// Rosenbrock's valley with walls of any steepness.
+struct Steep(f64);
+impl VectorFunction for Steep {
+    type Error = Infallible;
+    fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, Infallible> {
+        Ok(vec![(x[1] - x[0] * x[0]) * self.0, -x[0] + 1.0])
+    }
+}
+
 /// Problem 16 of Moré, Garbow and Hillstrom (Brown and Dennis), with a large residual: 85822.2.
 struct BrownDennis;
 impl VectorFunction for BrownDennis {
@@ -103,6 +112,27 @@ fn published_problems() {
     let brown = run(&exact, &mut Squares::new(BrownDennis, &[25.0, 5.0, -5.0, -1.0], FREE));
     assert_eq!(brown.status, Termination::Converged, "{}", brown.message);
     assert_relative_eq!(brown.evaluation.unwrap().objective, 85822.2, max_relative = 1e-6);
+}
+
+#[test]
+fn steep_walls_do_not_shorten_the_way_along_a_curved_valley() {
+    let exact = GaussNewton { objective_tolerance: 1e-9, progress_tolerance: 0.0, ..GaussNewton::default() };
+    for steepness in [100.0, 1000.0] {
+        let mut ends = Vec::new();
+        let mut note = |p: &Progress<'_>| {
+            ends.push((p.iteration, p.result.map_or(f64::NAN, |e| e.objective)));
+            ControlFlow::Continue(())
+        };
+        let mut problem = Squares::new(Steep(steepness), &[-1.2, -1.2], FREE);
+        let outcome = exact.minimize(&mut problem, &mut note).unwrap();
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+        outcome.x.iter().for_each(|&x| assert_relative_eq!(x, 1.0, epsilon = 1e-6));
+        // where steps onto the slope are refused, the milder valley takes 31 and the steeper one is given up after 44
+        assert!(outcome.evaluations <= 12, "{steepness}: {}", outcome.evaluations);
+        // a step up the slope and the one back to the floor are one iteration
+        let pair = ends.windows(2).any(|w| w[0].0 == w[1].0 && w[1].1 < w[0].1);
+        assert!(pair, "{ends:?}");
+    }
 }
 
 #[test]
