@@ -15,7 +15,7 @@ const DAMPING: f64 = 0.2;
 const RELAXATION: f64 = 0.5;
 /// Number of the latest steps that are gone through once more at the end: they hold best where the run is now, and an
 /// update by one step spoils what the others have found.
-const REPEATED: usize = 10;
+const REPEATED: usize = 20;
 /// Number of steps from which on the latest ones are gone through once more: the first steps of a run are long, and
 /// what they find is no better than what they spoil.
 const SETTLED: usize = 25;
