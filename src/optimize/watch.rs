@@ -33,6 +33,11 @@ impl Watch {
         Self { feasibility, patience, frontier: Vec::new(), least, gained_at: 0 }
     }
 
+    /// Forgets all points, at the beginning of an iteration.
+    pub fn begin_again(&mut self, iteration: usize) {
+        *self = Self { gained_at: iteration, ..Self::new(self.feasibility, self.patience) };
+    }
+
     /// Iteration of the last gain.
     pub fn gained_at(&self) -> usize {
         self.gained_at

@@ -13,8 +13,9 @@ const DAMPING: f64 = 0.2;
 /// unless the step finds less than this factor of what was modelled. From then on a step changes its own direction
 /// alone: the model would otherwise sink without end where steps go back and forth along one line.
 const RELAXATION: f64 = 0.5;
-/// Number of the latest steps that are gone through once more at the end: they hold best where the run is now, and an
-/// update by one step spoils what the others have found.
+/// Number of the latest steps, at most, that are gone through once more at the end: they hold best where the run is now,
+/// and an update by one step spoils what the others have found. There are never more of them than directions, as more
+/// steps than that say nothing that the latest of them do not say better.
 const REPEATED: usize = 20;
 /// Number of steps from which on the latest ones are gone through once more: the first steps of a run are long, and
 /// what they find is no better than what they spoil.
@@ -78,7 +79,8 @@ impl Curvature {
         let weights = DVector::from_iterator(1 + multipliers.len(), weights);
         self.restart();
         let steps = std::mem::take(&mut self.steps);
-        let latest = if steps.len() < SETTLED { steps.len() } else { steps.len() - REPEATED };
+        let repeated = if steps.len() < SETTLED { 0 } else { REPEATED.min(self.matrix.nrows()) };
+        let latest = steps.len() - repeated;
         for step in steps.iter().chain(steps.range(latest..)) {
             self.update(&step.way, &(&step.changes * &weights));
         }

@@ -145,6 +145,7 @@ fn solve(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
     };
     let (optimality, feasibility) = (settings.optimality_tolerance, settings.feasibility_tolerance);
     let mut watch = Watch::new(feasibility, settings.patience);
+    let mut missed_by = f64::INFINITY;
     loop {
         let wanted = optimality * ledger.unit(&run.point.evaluation);
         match watch.judge(ledger, &run.point, wanted) {
@@ -162,6 +163,10 @@ fn solve(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
                 return (Termination::IterationLimit, verdict::out_of_iterations(ledger, &point));
             }
             Some(Ending::Stalled) => {
+                if afresh(&mut run, settings, &mut missed_by) {
+                    watch.begin_again(ledger.iteration);
+                    continue;
+                }
                 let point = retreat(ledger, &mut run, feasibility);
                 return verdict::at_rest(ledger, &point, settings.missed());
             }
@@ -174,10 +179,27 @@ fn solve(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
             Some(()) => ledger.iteration += 1,
             None if ledger.halted().is_some() => return (Termination::Interrupted, String::new()),
             None if ledger.last_failed() => return verdict::beset(ledger, &ledger.handed_out(&run.point)),
+            None if afresh(&mut run, settings, &mut missed_by) => watch.begin_again(ledger.iteration),
             None => {
                 let point = retreat(ledger, &mut run, feasibility);
                 return verdict::at_rest(ledger, &point, settings.missed());
             }
         }
     }
+}
+
+/// Share of a violation below which it has fallen enough since the last fresh start to be worth another.
+const WORTH: f64 = 0.9;
+
+/// Starts afresh from a point that misses its constraints, before it is said that they cannot be met: the curvature that
+/// constraints have far from here, times prices that were raised since, can bar the way to them. `missed_by` is the
+/// violation at the last fresh start.
+fn afresh(run: &mut SqpRun, settings: &Sqp, missed_by: &mut f64) -> bool {
+    let violation = run.point.violation;
+    if violation <= settings.missed() || violation > WORTH * *missed_by {
+        return false;
+    }
+    *missed_by = violation;
+    run.begin_again(settings.first_step, settings.radius);
+    true
 }

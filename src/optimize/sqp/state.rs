@@ -64,6 +64,15 @@ impl SqpRun {
         self
     }
 
+    /// Forgets what the way to the point has taught, and begins from there.
+    pub fn begin_again(&mut self, first_step: f64, radius: f64) {
+        self.slope = self.steepness();
+        self.curvature = Curvature::new(self.frame.size(), self.slope / first_step);
+        (self.radius, self.price, self.relaxed) = (radius, 0.0, 0);
+        self.rows.iter_mut().for_each(|row| (row.margin, row.weight) = (0.0, 0.0));
+        self.funnel = self.short(&self.point.evaluation).max(WIDEST_FUNNEL);
+    }
+
     /// Gradients of the rows, one a row.
     pub fn row_matrix(&self) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.rows.len(), self.frame.size());
