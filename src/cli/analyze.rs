@@ -94,6 +94,7 @@ fn files(
             ("section.svg", figures::displacement(solution, &title)),
             ("boundary_layer.csv", boundary_layer_csv(solution)?),
         ]);
+        files.extend(figures::mach_field(solution, &title).map(|svg| ("mach.svg", svg)));
     }
     Ok(files)
 }

@@ -1,12 +1,13 @@
 //! The figures of the command: what is drawn, in the manner of the paper's Figs. 14 and 15.
 
 use crate::design::{DesignProblem, Shape};
-use crate::flow::{Condition, Distributions, Incidence, InviscidSolution, Solution, StationFlow};
+use crate::flow::{Condition, Distributions, FieldBlock, Incidence, InviscidSolution, Solution, StationFlow};
 use crate::optimize::{History, HistoryRow};
 use crate::report::engineering;
 use crate::report::figures::{
-    Annotation, Color, ConvergenceFigure, ConvergencePoint, LineFigure, SectionCurve, SectionFigure, Series, Stroke,
-    convergence_figure, grid_figure, line_figure, section_figure,
+    Annotation, Color, ContourFigure, ContourLevel, ContourPatch, ConvergenceFigure, ConvergencePoint, LineFigure,
+    SectionCurve, SectionFigure, Series, Stroke, contour_figure, convergence_figure, grid_figure, line_figure,
+    section_figure,
 };
 use crate::section::Section;
 
@@ -235,6 +236,75 @@ pub(super) fn displacement(solution: &Solution, title: &str) -> String {
         ],
         ..SectionFigure::default()
     })
+}
+
+/// Mach numbers between the lines of the field.
+const MACH_STEP: f64 = 0.05;
+
+/// Lines of equal Mach number about the section, with the sonic line and the places at which the flow along the wall
+/// becomes subsonic again; `None` where the solver knows no field.
+pub(super) fn mach_field(solution: &Solution, title: &str) -> Option<String> {
+    let field = solution.field()?;
+    let blocks = [&field.upper, &field.lower];
+    let values = || blocks.iter().flat_map(|b| b.mach.iter().flatten()).copied().filter(|m| m.is_finite());
+    let (low, high) = values().fold((f64::INFINITY, 0.0_f64), |(l, h), m| (l.min(m), h.max(m)));
+    let steps = (low / MACH_STEP).ceil() as i32..=(high / MACH_STEP).floor() as i32;
+    let mut levels: Vec<ContourLevel> = steps
+        .map(|k| (k, f64::from(k) * MACH_STEP))
+        .filter(|(k, _)| *k > 0 && *k != SONIC)
+        .map(|(k, value)| ContourLevel {
+            value,
+            label: if k % 4 == 0 { format!("M {value:.1}") } else { String::new() },
+            stroke: Stroke { color: mach_color(value), width: if k % 4 == 0 { 1.5 } else { 0.8 }, dashed: false },
+        })
+        .collect();
+    // sonic flow last, over all others
+    if high > 1.0 {
+        levels.push(ContourLevel { value: 1.0, label: "sonic line".into(), stroke: Stroke::SECTION });
+    }
+    let mut outline = solution.distributions().nodes;
+    outline.extend(outline.first().copied());
+    let patch = |block: &FieldBlock| ContourPatch { points: block.points.clone(), values: block.mach.clone() };
+    let reach = |block: &FieldBlock, sign: f64| {
+        let fast = block.points.iter().flatten().zip(block.mach.iter().flatten()).filter(|(_, m)| **m > 1.0);
+        sign * fast.map(|(p, _)| sign * p[1]).fold(0.4, f64::max).min(2.0) * 1.15
+    };
+    Some(contour_figure(&ContourFigure {
+        title: title.to_string(),
+        patches: blocks.map(patch).into(),
+        levels,
+        curves: vec![SectionCurve { label: "section".into(), points: outline, stroke: Stroke::SECTION }],
+        marks: subsonic_again(solution),
+        window: [[-0.3, 1.4], [reach(&field.lower, -1.0), reach(&field.upper, 1.0)]],
+    }))
+}
+
+/// Number of the line of sonic flow.
+const SONIC: i32 = 20;
+
+/// Blue for slow flow, over grey at the speed of sound, to red at a Mach number of 1.5.
+fn mach_color(mach: f64) -> Color {
+    const SLOW: [f64; 3] = [20.0, 60.0, 200.0];
+    const SOUND: [f64; 3] = [150.0, 150.0, 165.0];
+    const FAST: [f64; 3] = [205.0, 25.0, 20.0];
+    let (from, to, share) = if mach < 1.0 { (SLOW, SOUND, mach) } else { (SOUND, FAST, 0.3 + 1.4 * (mach - 1.0)) };
+    let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share.min(1.0) * (to[c] - from[c])).round() as u8);
+    Color(r, g, b)
+}
+
+/// The last place of each side at which the flow at the edge of the layer becomes subsonic, where there is one.
+fn subsonic_again(solution: &Solution) -> Vec<SectionCurve> {
+    let distributions = solution.distributions();
+    let sides = [("upper", &distributions.upper), ("lower", &distributions.lower)];
+    let of = |(k, (name, side)): (usize, (&str, &Vec<StationFlow>))| {
+        let falls = side.windows(2).rev().find(|w| w[0].mach > 1.0 && w[1].mach <= 1.0)?;
+        let share = (falls[0].mach - 1.0) / (falls[0].mach - falls[1].mach);
+        let at = |a: f64, b: f64| a + share * (b - a);
+        let point = [at(falls[0].x, falls[1].x), at(falls[0].y, falls[1].y)];
+        let label = format!("subsonic again on the {name} side at x/c {}", engineering(point[0], 3));
+        Some(SectionCurve { label, points: vec![point], stroke: Stroke::palette(2 + k) })
+    };
+    sides.into_iter().enumerate().filter_map(of).collect()
 }
 
 /// An axis for what happens behind the nose, where the peak at the stagnation point would dwarf it.
