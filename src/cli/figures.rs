@@ -267,7 +267,7 @@ pub(super) fn mach_field(solution: &Solution, title: &str) -> Option<String> {
     let patch = |block: &FieldBlock| ContourPatch { points: block.points.clone(), values: block.mach.clone() };
     let reach = |block: &FieldBlock, sign: f64| {
         let fast = block.points.iter().flatten().zip(block.mach.iter().flatten()).filter(|(_, m)| **m > 1.0);
-        sign * fast.map(|(p, _)| sign * p[1]).fold(0.4, f64::max).min(2.0) * 1.15
+        sign * fast.map(|(p, _)| sign * p[1]).fold(0.4, f64::max).min(2.0) * 1.3
     };
     Some(contour_figure(&ContourFigure {
         title: title.to_string(),
@@ -337,6 +337,41 @@ pub(super) fn polar(points: &[Solution], title: &str) -> String {
         sweep_plot("α, degrees", "CL/CD", &sweep, alpha, |s| s.coefficients.cl / s.coefficients.cd),
         sweep_plot("α, degrees", "CD, counts", &sweep, alpha, |s| 1e4 * s.coefficients.cd),
         transition,
+    ];
+    grid_figure(title, 2, &plots)
+}
+
+/// The part of an operating point that a sweep of the Mach number keeps.
+pub(super) fn of_a_rise(solution: &Solution) -> String {
+    let all = condition_text(&solution.condition);
+    let mach = format!("M {}, ", engineering(solution.condition.mach, 3));
+    all.replace(&mach, "")
+}
+
+/// Drag with its parts, and all that goes with it, over the Mach number; points beyond the model are grey.
+pub(super) fn drag_rise(points: &[Solution], title: &str) -> String {
+    let mach = |s: &Solution| s.condition.mach;
+    let sweep = [Sweep { name: "", points, stroke: Stroke::SECTION }];
+    let parts: [(&str, fn(&Solution) -> f64); 4] = [
+        ("total", |s| s.coefficients.cd),
+        ("friction", |s| s.cd_friction),
+        ("pressure", |s| s.cd_pressure),
+        ("part of shocks (wave)", |s| s.cd_wave),
+    ];
+    let mut drag = sweep_plot("Mach number", "CD, counts", &[], mach, |_| 0.0);
+    for (k, (name, of)) in parts.into_iter().enumerate() {
+        let stroke = if k == 0 { Stroke::SECTION } else { Stroke::palette(k - 1) };
+        drag.series.extend(sweep_series(&[Sweep { name, points, stroke }], mach, |s| 1e4 * of(s)));
+    }
+    let (label, held): (&str, fn(&Solution) -> f64) = match points.first().map(|s| s.condition.incidence) {
+        Some(Incidence::Lift(_)) => ("α, degrees", |s| s.alpha.to_degrees()),
+        _ => ("CL", |s| s.coefficients.cl),
+    };
+    let plots = [
+        drag,
+        sweep_plot("Mach number", label, &sweep, mach, held),
+        sweep_plot("Mach number", "CL/CD", &sweep, mach, |s| s.coefficients.cl / s.coefficients.cd),
+        sweep_plot("Mach number", "Cm (c/4)", &sweep, mach, |s| s.coefficients.cm),
     ];
     grid_figure(title, 2, &plots)
 }

@@ -97,6 +97,10 @@ impl FlowSolver for StreamtubeSolver {
         Err(FlowError::Condition { name: "Mach number", value: condition.mach, allowed: "from 0.1 to 0.9" })
     }
 
+    fn gains_from_neighbours(&self) -> bool {
+        true
+    }
+
     fn section(&self, nodes: &[[f64; 2]], trailing_edge: TrailingEdge) -> Result<Box<dyn FlowSection>, FlowError> {
         let panels = PanelledSection::new(nodes, trailing_edge)?;
         let curve = SectionCurve::new(&panels.nodes.inside).ok_or(FlowError::UnevenNodes)?;
