@@ -348,11 +348,14 @@ pub(super) fn of_a_rise(solution: &Solution) -> String {
     all.replace(&mach, "")
 }
 
+/// A number of a flow with its name.
+type Named = (&'static str, fn(&Solution) -> f64);
+
 /// Drag with its parts, and all that goes with it, over the Mach number; points beyond the model are grey.
 pub(super) fn drag_rise(points: &[Solution], title: &str) -> String {
     let mach = |s: &Solution| s.condition.mach;
     let sweep = [Sweep { name: "", points, stroke: Stroke::SECTION }];
-    let parts: [(&str, fn(&Solution) -> f64); 4] = [
+    let parts: [Named; 4] = [
         ("total", |s| s.coefficients.cd),
         ("friction", |s| s.cd_friction),
         ("pressure", |s| s.cd_pressure),
@@ -363,7 +366,7 @@ pub(super) fn drag_rise(points: &[Solution], title: &str) -> String {
         let stroke = if k == 0 { Stroke::SECTION } else { Stroke::palette(k - 1) };
         drag.series.extend(sweep_series(&[Sweep { name, points, stroke }], mach, |s| 1e4 * of(s)));
     }
-    let (label, held): (&str, fn(&Solution) -> f64) = match points.first().map(|s| s.condition.incidence) {
+    let (label, held): Named = match points.first().map(|s| s.condition.incidence) {
         Some(Incidence::Lift(_)) => ("α, degrees", |s| s.alpha.to_degrees()),
         _ => ("CL", |s| s.coefficients.cl),
     };
