@@ -160,3 +160,68 @@ fn attempts_are_told_where_they_are_asked_for() {
     assert_eq!(lines(&[]), 0);
     assert_eq!(lines(&["-v"]), attempts);
 }
+
+#[test]
+fn transonic_flow_has_a_figure_of_its_mach_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let point = |section: &str, mach: &str, out: &str| {
+        let condition = ["--alpha", "0", "--mach", mach, "--reynolds", "5e6", "--trip", "0.1"];
+        let rest = ["--solver", "streamtube", "--out", out];
+        let arguments = [&["analyze", section][..], &condition, &rest].concat();
+        assert!(aeroform(&arguments, folder.path()).status.success());
+        std::fs::read_to_string(folder.path().join(out).join("mach.svg")).unwrap()
+    };
+    let fast = point("naca0012:sharp", "0.8", "fast");
+    // MSES has the shock at half of the chord
+    let places: Vec<f64> =
+        fast.split("side at x/c ").skip(1).map(|text| text.split('<').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(places.len(), 2, "a shock on either side");
+    assert!((places[0] - 0.5).abs() < 0.03 && (places[0] - places[1]).abs() < 1e-3, "{places:?}");
+    assert!(fast.contains("sonic line") && fast.contains("M 0.8"));
+    // subsonic flow has no sonic line
+    let slow = point("naca0012:sharp", "0.5", "slow");
+    assert!(!slow.contains("sonic line") && !slow.contains("subsonic again") && slow.contains("M 0.4"));
+}
+
+#[test]
+fn a_sweep_of_the_mach_number_shows_the_drag_rise() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |rest: &[&str]| {
+        let common = ["polar", "naca0012:sharp", "--reynolds", "5e6", "--trip", "0.1", "--solver", "streamtube"];
+        aeroform(&[&common[..], rest].concat(), folder.path())
+    };
+    let output = sweep(&["--alpha", "0", "--mach", "0.74:0.8:0.02", "--out", "rise", "--json"]);
+    assert!(output.status.success());
+    let points = json(&output)["points"].as_array().unwrap().clone();
+    let all = |key: &str| points.iter().map(|p| p[key].as_f64().unwrap()).collect::<Vec<_>>();
+    assert_eq!(all("mach"), [0.74, 0.76, 0.78, 0.8]);
+    // MSES at M 0.76, 0.78 and 0.8: 0.008604, 0.010402, 0.015688
+    for (found, known) in all("cd")[1..].iter().zip([0.008604, 0.010402, 0.015688]) {
+        assert!((found / known - 1.0).abs() < 0.02, "{found} {known}");
+    }
+    let wave = all("cd_wave");
+    assert!(wave[0].abs() < 1e-6 && (wave[3] - 0.005923).abs() < 3e-4, "{wave:?}");
+    let table = std::fs::read_to_string(folder.path().join("rise/polar.csv")).unwrap();
+    let machs: Vec<&str> = table.lines().map(|line| line.rsplit(',').next().unwrap()).collect();
+    assert_eq!(machs, ["mach", "0.74", "0.76", "0.78", "0.8"]);
+    let figure = std::fs::read_to_string(folder.path().join("rise/polar.svg")).unwrap();
+    assert!(figure.contains("part of shocks (wave)") && figure.contains("Mach number"));
+
+    // at a held lift the angle falls as the Mach number grows
+    let held = sweep(&["--cl", "0.3", "--mach", "0.6:0.7:0.1", "--json"]);
+    assert!(held.status.success());
+    let points = json(&held)["points"].as_array().unwrap().clone();
+    let of = |k: usize, key: &str| points[k][key].as_f64().unwrap();
+    assert!((of(0, "cl") - 0.3).abs() < 1e-8 && (of(1, "cl") - 0.3).abs() < 1e-8);
+    assert!(of(1, "alpha") < of(0, "alpha") - 0.1);
+
+    for (wrong, why) in [
+        (&["--alpha", "0:2:1", "--mach", "0.6:0.7:0.1"][..], "one of them only"),
+        (&["--cl", "0.3", "--mach", "0.6"], "--mach FIRST:LAST:STEP"),
+        (&["--alpha", "0", "--mach", "0.6:0.5:0.1"], "--mach 0.6:0.5:0.1"),
+    ] {
+        let output = sweep(wrong);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(why), "{wrong:?}");
+    }
+}

@@ -42,6 +42,7 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "naca0024-cubic-m07",
         "naca0024-quartic-m07",
         "rae2822-drag",
+        "supercritical-multipoint",
         "multipoint",
         "parametric",
         "best-glide",

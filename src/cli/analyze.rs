@@ -20,6 +20,9 @@ pub(super) struct AnalyzeArguments {
     /// Angle of attack in degrees
     #[arg(long, allow_negative_numbers = true, required_unless_present = "cl", conflicts_with = "cl")]
     alpha: Option<f64>,
+    /// Mach number
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    mach: f64,
     /// Lift coefficient; the angle of attack is found
     #[arg(long, allow_negative_numbers = true)]
     cl: Option<f64>,
@@ -43,7 +46,7 @@ pub(super) fn run(arguments: &AnalyzeArguments) -> Result<(), Failure> {
         None => None,
     };
     let section = panelled(&arguments.point)?;
-    let condition = arguments.point.condition(arguments.alpha, arguments.cl)?;
+    let condition = arguments.point.condition(arguments.mach, arguments.alpha, arguments.cl)?;
     let input = |e: crate::flow::FlowError| Failure::Input(format!("{}: {e}", arguments.point.shape.shape));
     let begin = Instant::now();
     if arguments.inviscid {
@@ -94,6 +97,7 @@ fn files(
             ("section.svg", figures::displacement(solution, &title)),
             ("boundary_layer.csv", boundary_layer_csv(solution)?),
         ]);
+        files.extend(figures::mach_field(solution, &title).map(|svg| ("mach.svg", svg)));
     }
     Ok(files)
 }
@@ -217,7 +221,7 @@ fn inviscid(
     directory: Option<&OutputDirectory>,
     seconds: f64,
 ) -> Result<(), Failure> {
-    let mach = arguments.point.mach;
+    let mach = arguments.mach;
     let alpha = arguments.alpha.unwrap_or(0.0);
     let result = InviscidReport { alpha, ..InviscidReport::new(solution, seconds, &section.repairs) };
     let alpha = engineering(alpha, 4);

@@ -1,12 +1,13 @@
 //! The figures of the command: what is drawn, in the manner of the paper's Figs. 14 and 15.
 
 use crate::design::{DesignProblem, Shape};
-use crate::flow::{Condition, Distributions, Incidence, InviscidSolution, Solution, StationFlow};
+use crate::flow::{Condition, Distributions, FieldBlock, Incidence, InviscidSolution, Solution, StationFlow};
 use crate::optimize::{History, HistoryRow};
 use crate::report::engineering;
 use crate::report::figures::{
-    Annotation, Color, ConvergenceFigure, ConvergencePoint, LineFigure, SectionCurve, SectionFigure, Series, Stroke,
-    convergence_figure, grid_figure, line_figure, section_figure,
+    Annotation, Color, ContourFigure, ContourLevel, ContourPatch, ConvergenceFigure, ConvergencePoint, LineFigure,
+    SectionCurve, SectionFigure, Series, Stroke, contour_figure, convergence_figure, grid_figure, line_figure,
+    section_figure,
 };
 use crate::section::Section;
 
@@ -237,6 +238,75 @@ pub(super) fn displacement(solution: &Solution, title: &str) -> String {
     })
 }
 
+/// Mach numbers between the lines of the field.
+const MACH_STEP: f64 = 0.05;
+
+/// Lines of equal Mach number about the section, with the sonic line and the places at which the flow along the wall
+/// becomes subsonic again; `None` where the solver knows no field.
+pub(super) fn mach_field(solution: &Solution, title: &str) -> Option<String> {
+    let field = solution.field()?;
+    let blocks = [&field.upper, &field.lower];
+    let values = || blocks.iter().flat_map(|b| b.mach.iter().flatten()).copied().filter(|m| m.is_finite());
+    let (low, high) = values().fold((f64::INFINITY, 0.0_f64), |(l, h), m| (l.min(m), h.max(m)));
+    let steps = (low / MACH_STEP).ceil() as i32..=(high / MACH_STEP).floor() as i32;
+    let mut levels: Vec<ContourLevel> = steps
+        .map(|k| (k, f64::from(k) * MACH_STEP))
+        .filter(|(k, _)| *k > 0 && *k != SONIC)
+        .map(|(k, value)| ContourLevel {
+            value,
+            label: if k % 4 == 0 { format!("M {value:.1}") } else { String::new() },
+            stroke: Stroke { color: mach_color(value), width: if k % 4 == 0 { 1.5 } else { 0.8 }, dashed: false },
+        })
+        .collect();
+    // sonic flow last, over all others
+    if high > 1.0 {
+        levels.push(ContourLevel { value: 1.0, label: "sonic line".into(), stroke: Stroke::SECTION });
+    }
+    let mut outline = solution.distributions().nodes;
+    outline.extend(outline.first().copied());
+    let patch = |block: &FieldBlock| ContourPatch { points: block.points.clone(), values: block.mach.clone() };
+    let reach = |block: &FieldBlock, sign: f64| {
+        let fast = block.points.iter().flatten().zip(block.mach.iter().flatten()).filter(|(_, m)| **m > 1.0);
+        sign * fast.map(|(p, _)| sign * p[1]).fold(0.4, f64::max).min(2.0) * 1.3
+    };
+    Some(contour_figure(&ContourFigure {
+        title: title.to_string(),
+        patches: blocks.map(patch).into(),
+        levels,
+        curves: vec![SectionCurve { label: "section".into(), points: outline, stroke: Stroke::SECTION }],
+        marks: subsonic_again(solution),
+        window: [[-0.3, 1.4], [reach(&field.lower, -1.0), reach(&field.upper, 1.0)]],
+    }))
+}
+
+/// Number of the line of sonic flow.
+const SONIC: i32 = 20;
+
+/// Blue for slow flow, over grey at the speed of sound, to red at a Mach number of 1.5.
+fn mach_color(mach: f64) -> Color {
+    const SLOW: [f64; 3] = [20.0, 60.0, 200.0];
+    const SOUND: [f64; 3] = [150.0, 150.0, 165.0];
+    const FAST: [f64; 3] = [205.0, 25.0, 20.0];
+    let (from, to, share) = if mach < 1.0 { (SLOW, SOUND, mach) } else { (SOUND, FAST, 0.3 + 1.4 * (mach - 1.0)) };
+    let [r, g, b] = [0, 1, 2].map(|c| (from[c] + share.min(1.0) * (to[c] - from[c])).round() as u8);
+    Color(r, g, b)
+}
+
+/// The last place of each side at which the flow at the edge of the layer becomes subsonic, where there is one.
+fn subsonic_again(solution: &Solution) -> Vec<SectionCurve> {
+    let distributions = solution.distributions();
+    let sides = [("upper", &distributions.upper), ("lower", &distributions.lower)];
+    let of = |(k, (name, side)): (usize, (&str, &Vec<StationFlow>))| {
+        let falls = side.windows(2).rev().find(|w| w[0].mach > 1.0 && w[1].mach <= 1.0)?;
+        let share = (falls[0].mach - 1.0) / (falls[0].mach - falls[1].mach);
+        let at = |a: f64, b: f64| a + share * (b - a);
+        let point = [at(falls[0].x, falls[1].x), at(falls[0].y, falls[1].y)];
+        let label = format!("subsonic again on the {name} side at x/c {}", engineering(point[0], 3));
+        Some(SectionCurve { label, points: vec![point], stroke: Stroke::palette(2 + k) })
+    };
+    sides.into_iter().enumerate().filter_map(of).collect()
+}
+
 /// An axis for what happens behind the nose, where the peak at the stagnation point would dwarf it.
 fn behind_the_nose(series: &[Series]) -> Option<[f64; 2]> {
     let values = series.iter().flat_map(|s| &s.points).filter(|p| p[0] > 0.03).map(|p| p[1]);
@@ -267,6 +337,44 @@ pub(super) fn polar(points: &[Solution], title: &str) -> String {
         sweep_plot("α, degrees", "CL/CD", &sweep, alpha, |s| s.coefficients.cl / s.coefficients.cd),
         sweep_plot("α, degrees", "CD, counts", &sweep, alpha, |s| 1e4 * s.coefficients.cd),
         transition,
+    ];
+    grid_figure(title, 2, &plots)
+}
+
+/// The part of an operating point that a sweep of the Mach number keeps.
+pub(super) fn of_a_rise(solution: &Solution) -> String {
+    let all = condition_text(&solution.condition);
+    let mach = format!("M {}, ", engineering(solution.condition.mach, 3));
+    all.replace(&mach, "")
+}
+
+/// A number of a flow with its name.
+type Named = (&'static str, fn(&Solution) -> f64);
+
+/// Drag with its parts, and all that goes with it, over the Mach number; points beyond the model are grey.
+pub(super) fn drag_rise(points: &[Solution], title: &str) -> String {
+    let mach = |s: &Solution| s.condition.mach;
+    let sweep = [Sweep { name: "", points, stroke: Stroke::SECTION }];
+    let parts: [Named; 4] = [
+        ("total", |s| s.coefficients.cd),
+        ("friction", |s| s.cd_friction),
+        ("pressure", |s| s.cd_pressure),
+        ("part of shocks (wave)", |s| s.cd_wave),
+    ];
+    let mut drag = sweep_plot("Mach number", "CD, counts", &[], mach, |_| 0.0);
+    for (k, (name, of)) in parts.into_iter().enumerate() {
+        let stroke = if k == 0 { Stroke::SECTION } else { Stroke::palette(k - 1) };
+        drag.series.extend(sweep_series(&[Sweep { name, points, stroke }], mach, |s| 1e4 * of(s)));
+    }
+    let (label, held): Named = match points.first().map(|s| s.condition.incidence) {
+        Some(Incidence::Lift(_)) => ("α, degrees", |s| s.alpha.to_degrees()),
+        _ => ("CL", |s| s.coefficients.cl),
+    };
+    let plots = [
+        drag,
+        sweep_plot("Mach number", label, &sweep, mach, held),
+        sweep_plot("Mach number", "CL/CD", &sweep, mach, |s| s.coefficients.cl / s.coefficients.cd),
+        sweep_plot("Mach number", "Cm (c/4)", &sweep, mach, |s| s.coefficients.cm),
     ];
     grid_figure(title, 2, &plots)
 }

@@ -13,9 +13,6 @@ pub(super) struct FlowArguments {
     /// Reynolds number of the chord
     #[arg(long, default_value_t = 1e6, allow_negative_numbers = true)]
     pub reynolds: f64,
-    /// Mach number
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
-    pub mach: f64,
     /// Critical amplification factor of free transition
     #[arg(long, default_value_t = 9.0, allow_negative_numbers = true)]
     pub ncrit: f64,
@@ -34,8 +31,8 @@ pub(super) struct FlowArguments {
 const MOST_PANELS: usize = 2000;
 
 impl FlowArguments {
-    /// The operating point at an angle of attack in degrees, or a lift coefficient.
-    pub fn condition(&self, alpha: Option<f64>, lift: Option<f64>) -> Result<Condition, Failure> {
+    /// The operating point at a Mach number, and an angle of attack in degrees or a lift coefficient.
+    pub fn condition(&self, mach: f64, alpha: Option<f64>, lift: Option<f64>) -> Result<Condition, Failure> {
         let trips = match self.trip.as_deref() {
             None => [None, None],
             Some(&[both]) => [Some(both), Some(both)],
@@ -47,7 +44,7 @@ impl FlowArguments {
             None => Incidence::Alpha(alpha.unwrap_or(0.0).to_radians()),
         };
         let point = Condition::new(incidence, self.reynolds);
-        Ok(Condition { mach: self.mach, n_critical: self.ncrit, trips, ..point })
+        Ok(Condition { mach, n_critical: self.ncrit, trips, ..point })
     }
 }
 

@@ -1,4 +1,4 @@
-//! `aeroform polar`: a sweep of the angle of attack.
+//! `aeroform polar`: a sweep of the angle of attack or of the Mach number.
 
 use super::events::{EventArguments, Events};
 use super::failure::Failure;
@@ -22,9 +22,15 @@ use std::time::Instant;
 pub(super) struct PolarArguments {
     #[command(flatten)]
     point: FlowArguments,
-    /// Angles of attack in degrees
-    #[arg(long, value_name = "FIRST:LAST:STEP", allow_hyphen_values = true)]
-    alpha: String,
+    /// Angles of attack in degrees, or one angle beside a range of Mach numbers
+    #[arg(long, value_name = "FIRST:LAST:STEP", allow_hyphen_values = true, required_unless_present = "cl")]
+    alpha: Option<String>,
+    /// Mach number, or a range of Mach numbers for a drag rise
+    #[arg(long, value_name = "M or FIRST:LAST:STEP", default_value = "0", allow_hyphen_values = true)]
+    mach: String,
+    /// Lift coefficient held over a range of Mach numbers; the angles of attack are found
+    #[arg(long, allow_negative_numbers = true, conflicts_with = "alpha")]
+    cl: Option<f64>,
     /// Sweeps to run side by side
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     jobs: usize,
@@ -41,10 +47,48 @@ pub(super) struct PolarArguments {
 /// Most points of a sweep.
 const MOST_POINTS: usize = 10_000;
 
+/// What is asked for at a point of a sweep.
+#[derive(Clone, Copy)]
+struct Place {
+    mach: f64,
+    /// Angle of attack in degrees; `None` where the lift coefficient is held.
+    alpha: Option<f64>,
+}
+
+/// The places of a sweep.
+struct Places {
+    all: Vec<Place>,
+    /// Whether the Mach number changes from place to place.
+    by_mach: bool,
+}
+
+impl Places {
+    fn new(arguments: &PolarArguments) -> Result<Self, Failure> {
+        let machs = range("--mach", &arguments.mach, "")?;
+        let by_mach = machs.len() > 1;
+        let alphas = arguments.alpha.as_ref().map(|text| range("--alpha", text, " in degrees")).transpose()?;
+        let input = |text: String| Err(Failure::Input(text));
+        let all = match alphas {
+            Some(alphas) if by_mach && alphas.len() > 1 => {
+                let [a, m] = [alphas.len(), machs.len()];
+                return input(format!("{a} angles of attack and {m} Mach numbers: give a range of one of them only"));
+            }
+            None if !by_mach => {
+                return input("--cl is held over a range of Mach numbers: write --mach FIRST:LAST:STEP".into());
+            }
+            None => machs.into_iter().map(|mach| Place { mach, alpha: None }).collect(),
+            Some(alphas) => {
+                let at = |mach: f64| alphas.iter().map(move |&alpha| Place { mach, alpha: Some(alpha) });
+                machs.into_iter().flat_map(at).collect()
+            }
+        };
+        Ok(Self { all, by_mach })
+    }
+}
+
 /// One point of a sweep.
 struct Point {
-    /// Angle of attack in degrees.
-    alpha: f64,
+    place: Place,
     /// The flow and the seconds it took, or why there is none.
     flow: Result<(Solution, f64), Failure>,
 }
@@ -74,24 +118,28 @@ impl Point {
 
     fn report(&self, arguments: &PolarArguments, repairs: &[String]) -> AnalysisReport {
         match &self.flow {
-            Ok((solution, seconds)) => AnalysisReport::new(solution, *seconds, repairs).at_angle(self.alpha),
+            Ok((solution, seconds)) => {
+                let report = AnalysisReport::new(solution, *seconds, repairs);
+                self.place.alpha.map_or(report.clone(), |alpha| report.at_angle(alpha))
+            }
             Err(_) => {
-                let FlowArguments { mach, reynolds, .. } = arguments.point;
-                AnalysisReport::refused(self.alpha, mach, reynolds, self.status(), repairs)
+                let Place { mach, alpha } = self.place;
+                let alpha = alpha.unwrap_or(f64::NAN);
+                AnalysisReport::refused(alpha, mach, arguments.point.reynolds, self.status(), repairs)
             }
         }
     }
 }
 
 pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
-    let alphas = angles(&arguments.alpha)?;
+    let places = Places::new(arguments)?;
     let directory = match &arguments.out {
         Some(path) => Some(OutputDirectory::prepare(path).map_err(|e| Failure::Input(e.to_string()))?),
         None => None,
     };
     let section = panelled(&arguments.point)?;
-    let mut display = Display::new(arguments, &section.repairs)?;
-    let mut points = sweep(arguments, &*section.flow, &alphas, &mut display)?;
+    let mut display = Display::new(arguments, places.by_mach, &section.repairs)?;
+    let mut points = sweep(arguments, &*section.flow, &places.all, &mut display)?;
     if points.iter().all(|p| p.flow.is_err())
         && let Some(Point { flow: Err(failure), .. }) = points.drain(..).next()
     {
@@ -99,9 +147,18 @@ pub(super) fn run(arguments: &PolarArguments) -> Result<(), Failure> {
     }
     if let Some(directory) = &directory {
         let solutions: Vec<Solution> = points.iter().filter_map(Point::solution).cloned().collect();
-        let surroundings = figures::surroundings_text(&arguments.point.condition(Some(0.0), None)?);
-        let title = format!("{}: {surroundings}", arguments.point.shape.name());
-        let files = [("polar.csv", table(&points)?), ("polar.svg", figures::polar(&solutions, &title))];
+        let name = arguments.point.shape.name();
+        let figure = match solutions.first() {
+            Some(first) if places.by_mach => {
+                figures::drag_rise(&solutions, &format!("{name}: {}", figures::of_a_rise(first)))
+            }
+            _ => {
+                let mach = places.all.first().map_or(0.0, |place| place.mach);
+                let surroundings = figures::surroundings_text(&arguments.point.condition(mach, Some(0.0), None)?);
+                figures::polar(&solutions, &format!("{name}: {surroundings}"))
+            }
+        };
+        let files = [("polar.csv", table(&points)?), ("polar.svg", figure)];
         directory.write_all(files).map_err(|e| Failure::Computation(e.to_string()))?;
     }
     if arguments.json {
@@ -137,6 +194,7 @@ struct Display<'a> {
     /// Whether the head of the table has been shown.
     headed: bool,
     events: Events,
+    by_mach: bool,
     repairs: &'a [String],
 }
 
@@ -149,14 +207,14 @@ enum Rows {
 }
 
 impl<'a> Display<'a> {
-    fn new(arguments: &'a PolarArguments, repairs: &'a [String]) -> Result<Self, Failure> {
+    fn new(arguments: &'a PolarArguments, by_mach: bool, repairs: &'a [String]) -> Result<Self, Failure> {
         let events = arguments.events.open()?;
         let rows = match (arguments.json, Voice::current().quiet || events.take_standard_error()) {
             (false, _) => Rows::Output,
             (true, false) => Rows::Errors,
             (true, true) => Rows::Nowhere,
         };
-        Ok(Self { arguments, rows, headed: false, events, repairs })
+        Ok(Self { arguments, rows, headed: false, events, by_mach, repairs })
     }
 
     fn line(&self, line: &str) -> Result<(), Failure> {
@@ -170,20 +228,31 @@ impl<'a> Display<'a> {
         }
     }
 
+    fn columns(&self) -> impl Iterator<Item = &'static Column> {
+        let of_a_rise = if self.by_mach { &RISE_COLUMNS[..] } else { &[] };
+        of_a_rise.iter().chain(&COLUMNS)
+    }
+
     fn show(&mut self, point: &Point) -> Result<(), Failure> {
         if !std::mem::replace(&mut self.headed, true) {
-            let heads: Vec<String> = COLUMNS.iter().map(|(name, width, _)| format!("{name:>width$}")).collect();
-            self.line(&format!("{:>8}  {}  status", "alpha", heads.join("  ")))?;
+            let heads: Vec<String> = self.columns().map(|(name, width, _)| format!("{name:>width$}")).collect();
+            let first = if self.by_mach { "Mach" } else { "alpha" };
+            self.line(&format!("{first:>8}  {}  status", heads.join("  ")))?;
         }
         self.events.send(&PointEvent { event: "point", point: point.report(self.arguments, self.repairs) });
         let cell = |(_, width, of): &Column| format!("{:>width$}", point.solved().map_or("-".into(), of));
-        let cells: Vec<String> = COLUMNS.iter().map(cell).collect();
-        self.line(&format!("{:>8}  {}  {}", fixed(point.alpha, 3), cells.join("  "), point.status()))
+        let cells: Vec<String> = self.columns().map(cell).collect();
+        let first = if self.by_mach { point.place.mach } else { point.place.alpha.unwrap_or(f64::NAN) };
+        self.line(&format!("{:>8}  {}  {}", fixed(first, 3), cells.join("  "), point.status()))
     }
 }
 
 /// A column of the table in the terminal: name, width and text.
 type Column = (&'static str, usize, fn(&Solution) -> String);
+
+/// Columns that a sweep of the Mach number has ahead of the others.
+const RISE_COLUMNS: [Column; 2] =
+    [("alpha", 8, |s| fixed(settled(s.alpha.to_degrees()), 3)), ("wave", 8, |s| fixed(1e4 * settled(s.cd_wave), 2))];
 
 /// Columns with a fixed width, so that rows can be printed as they come.
 const COLUMNS: [Column; 8] = [
@@ -197,9 +266,9 @@ const COLUMNS: [Column; 8] = [
     ("iterations", 10, |s| s.iterations.to_string()),
 ];
 
-/// FIRST:LAST:STEP in degrees, both ends included.
-fn angles(text: &str) -> Result<Vec<f64>, Failure> {
-    let wrong = |why: &str| Failure::Input(format!("--alpha {text}: {why}; write FIRST:LAST:STEP in degrees"));
+/// FIRST:LAST:STEP of an option in a unit, both ends included.
+fn range(option: &str, text: &str, unit: &str) -> Result<Vec<f64>, Failure> {
+    let wrong = |why: &str| Failure::Input(format!("{option} {text}: {why}; write FIRST:LAST:STEP{unit}"));
     let parts: Vec<f64> = text.split(':').map(|p| p.trim().parse().unwrap_or(f64::NAN)).collect();
     let (first, last, step) = match parts[..] {
         [only] => (only, only, 1.0),
@@ -215,14 +284,14 @@ fn angles(text: &str) -> Result<Vec<f64>, Failure> {
     if !(count >= 0.0 && count <= MOST_POINTS as f64) {
         return Err(wrong("the step does not lead from first to last in a sensible number of points"));
     }
-    // angles of as many decimals as were asked for, not sums of rounded steps
+    // numbers of as many decimals as were asked for, not sums of rounded steps
     let decimals = text.split(':').map(decimals).max().unwrap_or(0);
-    let round = |angle: f64| format!("{angle:.decimals$}").parse().unwrap_or(angle) + 0.0;
+    let round = |value: f64| format!("{value:.decimals$}").parse().unwrap_or(value) + 0.0;
     let all = (0..=(count + 1e-9).floor() as usize).map(|k| first + k as f64 * step);
     Ok(if decimals <= MOST_DECIMALS { all.map(round).collect() } else { all.collect() })
 }
 
-/// Decimals of angles beyond which sums of steps are as good.
+/// Decimals of numbers beyond which sums of steps are as good.
 const MOST_DECIMALS: usize = 12;
 
 /// Decimals of a number as it is written; as many as there may be of one with an exponent.
@@ -241,29 +310,29 @@ fn decimals(number: &str) -> usize {
 fn sweep(
     arguments: &PolarArguments,
     section: &dyn FlowSection,
-    alphas: &[f64],
+    places: &[Place],
     display: &mut Display<'_>,
 ) -> Result<Vec<Point>, Failure> {
-    let jobs = arguments.jobs.clamp(1, alphas.len().max(1));
-    let chunk = alphas.len().div_ceil(jobs).max(1);
+    let jobs = arguments.jobs.clamp(1, places.len().max(1));
+    let chunk = places.len().div_ceil(jobs).max(1);
     let stopped = AtomicBool::new(false);
     let (sender, receiver) = mpsc::channel::<Found>();
-    let solve = |first: usize, run: &[f64], sender: mpsc::Sender<Found>| {
+    let solve = |first: usize, run: &[Place], sender: mpsc::Sender<Found>| {
         let mut last: Option<Solution> = None;
-        for (k, &alpha) in run.iter().enumerate() {
+        for (k, &place) in run.iter().enumerate() {
             if stopped.load(Ordering::Relaxed) {
                 return;
             }
-            let flow = solve_point(arguments, section, alpha, last.as_ref().filter(|s| s.is_reliable()));
+            let flow = solve_point(arguments, section, place, last.as_ref().filter(|s| s.is_reliable()));
             last = flow.as_ref().ok().map(|(solution, _)| solution.clone());
-            if sender.send((first + k, Point { alpha, flow })).is_err() {
+            if sender.send((first + k, Point { place, flow })).is_err() {
                 return;
             }
         }
     };
     let solve = &solve;
     std::thread::scope(|scope| {
-        for (job, run) in alphas.chunks(chunk).enumerate() {
+        for (job, run) in places.chunks(chunk).enumerate() {
             let own = sender.clone();
             let begun = std::thread::Builder::new().spawn_scoped(scope, move || solve(job * chunk, run, own));
             // without a thread to be had, the work is done here
@@ -273,7 +342,7 @@ fn sweep(
         }
         // the channel closes with the last job
         drop(sender);
-        let result = gather(receiver, alphas.len(), display);
+        let result = gather(receiver, places.len(), display);
         stopped.store(true, Ordering::Relaxed);
         result
     })
@@ -285,11 +354,11 @@ type Found = (usize, Point);
 fn solve_point(
     arguments: &PolarArguments,
     section: &dyn FlowSection,
-    alpha: f64,
+    place: Place,
     warm: Option<&Solution>,
 ) -> Result<(Solution, f64), Failure> {
     let begin = Instant::now();
-    let condition = arguments.point.condition(Some(alpha), None)?;
+    let condition = arguments.point.condition(place.mach, place.alpha, arguments.cl)?;
     let solution = section.analyze(&condition, warm).map_err(|e: FlowError| Failure::Input(e.to_string()))?;
     Ok((solution, begin.elapsed().as_secs_f64()))
 }
@@ -310,7 +379,7 @@ fn gather(receiver: mpsc::Receiver<Found>, count: usize, display: &mut Display<'
 
 /// The points as CSV. Those beyond the model have their numbers and say so; those without a flow have none.
 fn table(points: &[Point]) -> Result<String, Failure> {
-    const HEADER: [&str; 16] = [
+    const HEADER: [&str; 17] = [
         "alpha",
         "cl",
         "cd",
@@ -327,12 +396,13 @@ fn table(points: &[Point]) -> Result<String, Failure> {
         "status",
         "beyond_model",
         "resolved",
+        "mach",
     ];
     let rows = points.iter().map(|point| {
         let solved = |of: fn(&Solution) -> f64| point.solved().map_or(String::new(), |s| of(s).to_string());
         let found = |of: &dyn Fn(&(Solution, f64)) -> String| point.flow.as_ref().map_or(String::new(), of);
         [
-            point.alpha.to_string(),
+            point.place.alpha.map_or_else(|| solved(|s| s.alpha.to_degrees()), |alpha| alpha.to_string()),
             solved(|s| s.coefficients.cl),
             solved(|s| s.coefficients.cd),
             solved(|s| s.cd_pressure),
@@ -348,6 +418,7 @@ fn table(points: &[Point]) -> Result<String, Failure> {
             point.status(),
             point.solution().is_some_and(|s| s.status.is_beyond_model()).to_string(),
             point.solved().and_then(Solution::is_resolved).map_or(String::new(), |resolved| resolved.to_string()),
+            point.place.mach.to_string(),
         ]
     });
     csv(&HEADER, rows)
@@ -355,15 +426,15 @@ fn table(points: &[Point]) -> Result<String, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::angles;
+    use super::range;
 
     #[test]
-    fn angles_are_those_asked_for() {
-        let tenths = angles("-0.3:0.3:0.1").unwrap();
+    fn numbers_are_those_asked_for() {
+        let tenths = range("--alpha", "-0.3:0.3:0.1", "").unwrap();
         assert_eq!(tenths, [-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3]);
         assert!(tenths[3].is_sign_positive());
-        assert_eq!(angles("4").unwrap(), [4.0]);
-        assert_eq!(angles("3:1").unwrap(), [3.0, 2.0, 1.0]);
-        assert_eq!(angles("0:1e-1:5e-2").unwrap(), [0.0, 0.05, 0.1]);
+        assert_eq!(range("--alpha", "4", "").unwrap(), [4.0]);
+        assert_eq!(range("--alpha", "3:1", "").unwrap(), [3.0, 2.0, 1.0]);
+        assert_eq!(range("--alpha", "0:1e-1:5e-2", "").unwrap(), [0.0, 0.05, 0.1]);
     }
 }

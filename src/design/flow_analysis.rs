@@ -152,8 +152,9 @@ pub(super) struct Flows {
 
 /// Panels at fixed parameters of the section and the points at which their flow is wanted.
 ///
-/// Every flow starts from nothing but its shape, so that a value never depends on what was asked before: a resumed run
-/// continues bit for bit. The flows of the latest shape are kept for all quantities to share.
+/// Every flow starts from nothing but its shape, or from the flow about the undeformed section where the solver
+/// [gains](FlowSolver::gains_from_neighbours) from that. Either way a value never depends on what was asked before: a
+/// resumed run continues bit for bit. The flows of the latest shape are kept for all quantities to share.
 #[derive(Debug)]
 pub(crate) struct FlowAnalysis {
     points: Vec<OperatingPoint>,
@@ -165,9 +166,19 @@ pub(crate) struct FlowAnalysis {
     latest: Mutex<Option<Arc<Flows>>>,
     /// Where flows start from, if not from nothing.
     start: Option<Arc<Flows>>,
+    /// Nodes of the undeformed section, and the flows about it once they are known, for a solver that gains from them.
+    home: Option<Arc<Home>>,
     timing: Arc<Mutex<FlowTiming>>,
     /// Wanted pressures, where there are any.
     pressures: Option<PressureError>,
+}
+
+/// The undeformed section.
+#[derive(Debug)]
+struct Home {
+    nodes: Vec<[f64; 2]>,
+    /// Its flows, one per operating point; `None` where there is none.
+    solutions: OnceLock<Vec<Option<Solution>>>,
 }
 
 impl Clone for FlowAnalysis {
@@ -180,6 +191,7 @@ impl Clone for FlowAnalysis {
             map: self.map.clone(),
             latest: Mutex::new(self.latest().clone()),
             start: self.start.clone(),
+            home: self.home.clone(),
             timing: Arc::new(Mutex::new(self.timing())),
             pressures: self.pressures.clone(),
         }
@@ -205,6 +217,11 @@ impl FlowAnalysis {
             }
             map.end_row();
         }
+        let home = solver.gains_from_neighbours().then(|| {
+            let mut nodes = vec![[0.0; 2]; map.outputs()];
+            map.add_to(curve.control_points(), &mut nodes);
+            Arc::new(Home { nodes, solutions: OnceLock::new() })
+        });
         Self {
             points,
             solver,
@@ -212,6 +229,7 @@ impl FlowAnalysis {
             map,
             latest: Mutex::default(),
             start: None,
+            home,
             timing: Arc::default(),
             pressures: None,
         }
@@ -279,13 +297,27 @@ impl FlowAnalysis {
         self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The flows about the undeformed section, where the solver gains from them.
+    fn at_home(&self) -> Option<&[Option<Solution>]> {
+        let home = self.home.as_ref()?;
+        let find = || {
+            let Ok(section) = self.solver.section(&home.nodes, self.edge) else { return Vec::new() };
+            in_parallel(&self.points, |point| {
+                section.analyze(&point.condition, None).ok().filter(Solution::is_reliable)
+            })
+        };
+        Some(home.solutions.get_or_init(find))
+    }
+
     /// All points at once, on as many threads as there are processors.
     fn solve(&self, section: &dyn FlowSection) -> Vec<Result<Solution, DesignError>> {
         let begin = Instant::now();
         let indices: Vec<usize> = (0..self.points.len()).collect();
+        let home = self.at_home();
         let one = |&index: &usize| -> Result<Solution, DesignError> {
             let point = &self.points[index];
-            let start = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
+            let near = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
+            let start = near.or_else(|| home?.get(index)?.as_ref());
             let solution = section.analyze(&point.condition, start)?;
             if solution.is_reliable() {
                 return Ok(solution);

@@ -40,6 +40,7 @@ mod condition;
 mod duals;
 mod elementary;
 mod error;
+mod field;
 
 mod layer;
 mod linear;
@@ -63,6 +64,7 @@ pub(crate) use coefficients::COEFFICIENTS;
 pub use coefficients::{Coefficients, Derivatives, Gradients};
 pub use condition::{Condition, Incidence, Settings};
 pub use error::FlowError;
+pub use field::{FieldBlock, FlowField};
 pub use panel::{InviscidSolution, PanelSolver, PanelledSection, analyze};
 pub use panelling::panel_parameters;
 pub use resolution::DiscretisationError;

@@ -3,6 +3,7 @@
 use super::FlowError;
 use super::coefficients::{Coefficients, Derivatives, Gradients};
 use super::condition::{Condition, Incidence};
+use super::field::FlowField;
 use super::resolution::{DiscretisationError, at_fixed_lift};
 use crate::scalar::Scalar;
 use serde::{Deserialize, Serialize};
@@ -205,6 +206,12 @@ pub(super) trait Record: Any + Debug + Send + Sync {
 
     /// Distributions along the surface and the wake.
     fn distributions(&self) -> Distributions;
+
+    /// The flow in the region about the section; `None` for a solver that knows the flow at the surface alone, or where
+    /// the last state has none.
+    fn field(&self) -> Option<FlowField> {
+        None
+    }
 
     /// Nodes of the section as they were given.
     fn nodes(&self) -> &[[f64; 2]];
@@ -409,5 +416,13 @@ impl Solution {
     /// Pressure along the surface, and the boundary layer along both sides and the wake, for plots and constraints.
     pub fn distributions(&self) -> Distributions {
         self.record.distributions()
+    }
+
+    /// The flow in the region about the section, for figures.
+    ///
+    /// The result is `None` where the solution is not converged, and for a solver that knows the flow at the surface
+    /// alone, as the panel solver does.
+    pub fn field(&self) -> Option<FlowField> {
+        if self.is_solved() { self.record.field() } else { None }
     }
 }

@@ -16,6 +16,12 @@ pub trait FlowSolver: Debug + Send + Sync {
     /// [`FlowError::Condition`] for the first number out of range.
     fn check(&self, condition: &Condition) -> Result<(), FlowError>;
 
+    /// Whether a flow is found sooner and more surely from that about a shape some way off than from nothing. A design run
+    /// then starts all its flows from the one about the undeformed section.
+    fn gains_from_neighbours(&self) -> bool {
+        false
+    }
+
     /// Prepares a section: does once the work that all operating points share.
     ///
     /// `nodes` are points of the section, from the trailing edge over the upper surface to the nose and back along the

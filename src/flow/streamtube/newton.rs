@@ -53,6 +53,28 @@ const CUT: (f64, usize) = (0.6, 14);
 /// Largest change of any unknown, and largest residual after it, of a flow that is converged to round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Number of steps within which the residual falls to the second number of itself, or the way goes on by the third, in an
+/// iteration that leads anywhere.
+const PATIENCE: (usize, f64, f64) = (20, 0.8, 1e-3);
+
+/// The last step at which an iteration came nearer to its end.
+struct Progress {
+    step: usize,
+    gone: f64,
+    residual: f64,
+}
+
+impl Progress {
+    /// Whether nothing has come of many steps.
+    fn is_over(&mut self, step: usize, gone: f64, residual: f64) -> bool {
+        let (steps, fall, advance) = PATIENCE;
+        if gone > self.gone + advance || residual < fall * self.residual {
+            *self = Self { step, gone, residual };
+        }
+        step - self.step > steps
+    }
+}
+
 /// The end of an iteration.
 #[derive(Debug, Clone)]
 pub(super) struct Ended {
@@ -133,6 +155,7 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
     let mut way = Way { to, gone: if from.is_some() { 0.0 } else { 1.0 }, from };
     let mut residual = f64::NAN;
     let mut spare: Option<Band> = None;
+    let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY };
     for steps in 0..limits.steps {
         let problem = way.problem();
         let band = spare.take().map_or_else(|| Band::new(&problem.grid, OUTPUTS), Band::cleared);
@@ -146,6 +169,9 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
         }
         if residual < limits.tolerance && way.gone == 1.0 {
             return Ended { converged: true, steps, residual };
+        }
+        if progress.is_over(steps, way.gone, residual) {
+            return Ended { converged: false, steps, residual };
         }
         let advance = way.gone < 1.0 && residual < limits.hold;
         if advance {

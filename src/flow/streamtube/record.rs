@@ -12,6 +12,7 @@ use super::outputs::{
 use super::system::{Numbers, Problem};
 use super::tubes::{cell, cell_inputs};
 use crate::flow::coefficients::{Coefficients, Derivatives, Gradients};
+use crate::flow::field::{FieldBlock, FlowField};
 use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
 use crate::flow::panel::{LAMINAR_REVERSED, Nodes, TURBULENT_REVERSED};
 use crate::flow::solution::{Distributions, Record, StationFlow};
@@ -202,6 +203,36 @@ impl StreamtubeRecord {
         self.problem.nodes.iter().map(at).collect()
     }
 
+    /// The flow on one side of the dividing streamline. Points are the middles of the cells of the grid, and of the segments
+    /// of the dividing streamline.
+    fn block(&self, side: Side, geometry: &Geometry<f64>, wall: &[[f64; 2]]) -> FieldBlock {
+        let grid = &self.problem.grid;
+        let middle =
+            |corners: &[[f64; 2]]| [0, 1].map(|c| corners.iter().map(|p| p[c]).sum::<f64>() / corners.len() as f64);
+        let mach = |speed: f64| self.flow.mach2::<f64>(speed).max(0.0).sqrt();
+        let mut block = FieldBlock::default();
+        for station in 0..grid.count() - 1 {
+            let ends = |height: usize| [0, 1].map(|k| geometry.node(station + k, grid.line(side, height)));
+            let tube = |height: usize| match side {
+                Side::Upper => grid.half() + height,
+                Side::Lower => grid.half() - 1 - height,
+            };
+            let speed = |height: usize| self.unknowns.at(grid.speed(station, tube(height)));
+            let nose = grid.stations.nose();
+            // the segment at the nose has a stagnation point, at which the logarithm of the speed says nothing
+            let on_wall = station > nose && station < grid.stations.edge();
+            let inner =
+                if on_wall { (0.5 * (wall[station - nose][1] + wall[station + 1 - nose][1])).exp() } else { speed(0) };
+            let cells = |height: usize| {
+                let ([a, b], [c, d]) = (ends(height), ends(height + 1));
+                middle(&[a, b, c, d])
+            };
+            block.points.push(std::iter::once(middle(&ends(0))).chain((0..grid.half()).map(cells)).collect());
+            block.mach.push(std::iter::once(inner).chain((0..grid.half()).map(speed)).map(mach).collect());
+        }
+        block
+    }
+
     /// Exact derivatives of all outputs at fixed angle of attack with respect to the nodes as they were given.
     fn derivatives(&self) -> Option<&[Derivatives; OUTPUTS]> {
         let find = || {
@@ -263,5 +294,12 @@ impl Record for StreamtubeRecord {
             lower,
             wake: self.wake_flow(geometry),
         }
+    }
+
+    fn field(&self) -> Option<FlowField> {
+        let geometry = self.geometry.as_ref()?;
+        let wall = self.wall(geometry);
+        let [upper, lower] = Side::BOTH.map(|side| self.block(side, geometry, &wall[side.index()]));
+        Some(FlowField { upper, lower })
     }
 }

@@ -40,6 +40,23 @@ const SHIFT: f64 = 0.35;
 const COARSE: [usize; 2] = [60, 14];
 /// Difference between the fraction of a side and the place x of a point behind a usual nose.
 const NOSE: f64 = 0.02;
+/// A first guess of a flow.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    name: &'static str,
+    /// Whether stagnation point and circulation are those of the panel flow, or those of a flow at rest at the nose.
+    panel: bool,
+    /// Whether a lift that is sought is held from the slow flow on.
+    lift_first: bool,
+}
+
+/// The guesses in the order in which they are tried.
+const START: [Start; 4] = [
+    Start { name: "from the panel flow", panel: true, lift_first: false },
+    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true },
+    Start { name: "from the nose", panel: false, lift_first: false },
+    Start { name: "from the nose with the lift held", panel: false, lift_first: true },
+];
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
 
@@ -78,6 +95,10 @@ impl FlowSolver for StreamtubeSolver {
             return Ok(());
         }
         Err(FlowError::Condition { name: "Mach number", value: condition.mach, allowed: "from 0.1 to 0.9" })
+    }
+
+    fn gains_from_neighbours(&self) -> bool {
+        true
     }
 
     fn section(&self, nodes: &[[f64; 2]], trailing_edge: TrailingEdge) -> Result<Box<dyn FlowSection>, FlowError> {
@@ -233,35 +254,44 @@ impl StreamtubeSection {
     fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
         let slow = self.slow(condition);
         let retry = self.solver.settings.retry;
+        let lifted = matches!(condition.incidence, Incidence::Lift(_));
         let mut on_coarse: Option<Found> = None;
-        let mut first: Option<Found> = None;
-        for panel in [true, false] {
-            let name = if panel { "from the panel flow" } else { "from the nose" };
-            if let Some(coarse) = self.on_a_coarser_grid() {
-                let found = coarse.guessed(condition, slow.as_ref(), panel, attempts);
-                if found.ended.converged {
-                    if let Some(fine) = self.refined(condition, &found)
-                        && (fine.ended.converged || !retry)
-                    {
-                        return fine;
-                    }
-                    attempts.push(Attempt::of("from a coarser grid", found.ended.steps, found.ended.residual));
-                    on_coarse.get_or_insert(found);
-                } else {
-                    attempts.push(Attempt::of(name, found.ended.steps, found.ended.residual));
-                }
+        let coarse = self.on_a_coarser_grid();
+        let starts = START.into_iter().filter(|start| lifted || !start.lift_first);
+        for start in coarse.iter().flat_map(|_| starts.clone()).take(if retry { START.len() } else { 1 }) {
+            let Some(coarse) = &coarse else { break };
+            let found = coarse.guessed(condition, slow.as_ref(), start, attempts);
+            if !found.ended.converged {
+                attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
+                continue;
             }
-            let found = self.guessed(condition, slow.as_ref(), panel, attempts);
+            if let Some(fine) = self.refined(condition, &found)
+                && (fine.ended.converged || !retry)
+            {
+                return fine;
+            }
+            attempts.push(Attempt::of("from a coarser grid", found.ended.steps, found.ended.residual));
+            on_coarse = Some(found);
+            break;
+        }
+        let mut first: Option<Found> = None;
+        for start in starts {
+            let found = self.guessed(condition, slow.as_ref(), start, attempts);
+            // what fails on both grids is not sought for long
+            let last = coarse.is_some() || !retry;
             if found.ended.converged || !retry {
                 return found;
             }
-            attempts.push(Attempt::of(name, found.ended.steps, found.ended.residual));
+            attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
             first.get_or_insert(found);
+            if last {
+                break;
+            }
         }
         // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
         match on_coarse.or(first) {
             Some(found) => found,
-            None => self.guessed(condition, slow.as_ref(), true, attempts),
+            None => self.guessed(condition, slow.as_ref(), START[0], attempts),
         }
     }
 
@@ -342,11 +372,11 @@ impl StreamtubeSection {
         &self,
         condition: &Condition,
         slow: Option<&Solution>,
-        panel: bool,
+        Start { panel, lift_first, .. }: Start,
         attempts: &mut Vec<Attempt>,
     ) -> Found {
         let mut turning = self.first_turning(condition, slow);
-        let mut guess = self.guess(condition, panel);
+        let mut guess = Guess { lift_first, ..self.guess(condition, panel) };
         guess.layers = slow.map(|solution| {
             let distributions = solution.distributions();
             [distributions.upper, distributions.lower]
@@ -452,6 +482,7 @@ impl StreamtubeSection {
             transition: [0.0; 2],
             relaxed: panel,
             free: false,
+            lift_first: false,
             layers: None,
         }
     }

@@ -47,6 +47,9 @@ pub(super) struct Guess {
     pub relaxed: bool,
     /// Whether a layer is expected to turn turbulent elsewhere than at a trip.
     pub free: bool,
+    /// Whether a lift that is sought is held from the slow flow on, and not put in at the end. Close to an angle at which
+    /// the flow jumps from one branch to another, there may be no flow at the angle that is guessed.
+    pub lift_first: bool,
     /// Layers of a slow flow on both sides, from the stagnation point on.
     pub layers: Option<[Vec<StationFlow>; 2]>,
 }
@@ -65,9 +68,15 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if lifted {
         target.incidence = guess.alpha;
     }
-    let problem = &Problem { fixed_transition, held: Held::Angle, parameters: target, ..problem.clone() };
-    let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
-    let slow = Parameters { mach: SLOW.min(target.mach), ..strong };
+    let lifted_flow = Problem { fixed_transition, ..released.clone() };
+    let angled_flow = Problem { held: Held::Angle, parameters: target, ..lifted_flow.clone() };
+    let stages = |of: &Problem| {
+        let target = of.parameters;
+        let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
+        [Parameters { mach: SLOW.min(target.mach), ..strong }, strong]
+    };
+    let mut problem = &angled_flow;
+    let [mut slow, mut strong] = stages(problem);
     let mut total = 0;
     let mut counted = |ended: Ended| {
         total += ended.steps;
@@ -89,6 +98,18 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if !(ended.residual < HOPELESS) {
         return (unknowns, ended);
     }
+    let at_once = lifted && guess.lift_first;
+    if at_once {
+        let reached = lift(&stage, &unknowns);
+        problem = &lifted_flow;
+        [slow, strong] = stages(problem);
+        let stage = Problem { parameters: slow, ..problem.clone() };
+        let from = From { parameters: Parameters { incidence: reached, ..slow }, nodes: None };
+        let ended = counted(solve(&stage, Some(from), &mut unknowns, &limits(30, PASSED)));
+        if !(ended.residual < HOPELESS) {
+            return (unknowns, ended);
+        }
+    }
     let stage = Problem { parameters: strong, ..problem.clone() };
     let from = (target.mach > slow.mach).then_some(From { parameters: slow, nodes: None });
     let ended = counted(solve(&stage, from, &mut unknowns, &limits(40, PASSED)));
@@ -96,15 +117,16 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         return (unknowns, ended);
     }
     let end = limits(settings.iterations, settings.tolerance);
-    let tolerance = if free || lifted { NEARLY } else { settings.tolerance };
+    let late = lifted && !at_once;
+    let tolerance = if free || late { NEARLY } else { settings.tolerance };
     let last = Limits { stride: 0.34, hold: 0.1, tolerance, ..end };
     let mut ended = counted(solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last));
-    if lifted && ended.converged {
+    if late && ended.converged {
         let reached = lift(problem, &unknowns);
         let from = From { parameters: Parameters { incidence: reached, ..released.parameters }, nodes: None };
-        let to = Problem { fixed_transition, ..released.clone() };
+        let to = &lifted_flow;
         let limits = if free { Limits { tolerance: NEARLY, ..end } } else { end };
-        ended = counted(solve(&to, Some(from), &mut unknowns, &limits));
+        ended = counted(solve(to, Some(from), &mut unknowns, &limits));
     }
     (unknowns, ended)
 }

@@ -77,6 +77,21 @@ impl Canvas {
         });
     }
 
+    /// Straight pieces of a line as one element; no pieces draw nothing.
+    pub(super) fn segments(&mut self, pieces: &[[[f64; 2]; 2]], stroke: Stroke) {
+        if pieces.is_empty() {
+            return;
+        }
+        let piece = |[a, b]: &[[f64; 2]; 2]| {
+            let [x0, y0, x1, y1] = [a[0], a[1], b[0], b[1]].map(pixels);
+            format!("M{x0},{y0}L{x1},{y1}")
+        };
+        let path: String = pieces.iter().map(piece).collect();
+        self.add(html! {
+            path fill="none" stroke=(stroke.color.hex()) stroke-width=(stroke.width) stroke-linecap="round" d=(path) {}
+        });
+    }
+
     /// A filled dot with a thin white rim, so that dots on lines stay apart.
     pub(super) fn dot(&mut self, point: [f64; 2], radius: f64, color: Color) {
         let [x, y] = point.map(pixels);

@@ -2,6 +2,7 @@
 //!
 //! * [`section_figure`]: sections in their box, with equal axes;
 //! * [`line_figure`]: any curves over two axes, [`grid_figure`]: several of them side by side: pressures, polars;
+//! * [`contour_figure`]: lines of equal value in the region about a section;
 //! * [`convergence_figure`]: the objective, and where there are constraints their violation, iteration by iteration.
 //!
 //! One small layer writes the SVG elements; the library `maud` escapes every text that is put into them.
@@ -11,10 +12,12 @@
 
 mod axis;
 mod canvas;
+mod contour;
 mod convergence;
 mod line;
 mod section;
 
+pub use contour::{ContourFigure, ContourLevel, ContourPatch, contour_figure};
 pub use convergence::{ConvergenceFigure, ConvergencePoint, convergence_figure};
 pub use line::{Annotation, LineFigure, Series, grid_figure, line_figure};
 pub use section::{SectionCurve, SectionFigure, section_figure};
