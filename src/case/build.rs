@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::error::{CaseError, nearest};
-use super::flow::flow_analysis;
+use super::flow::{OperatingPoints, flow_analysis, operating_points};
 use super::pressures::set_pressure_target;
 use super::quantities::Quantities;
 use super::schema::{
@@ -26,7 +26,8 @@ pub(super) fn design_problem(
     table: &CaseTable,
     folder: &Path,
 ) -> Result<(DesignProblem, Vec<String>), CaseError> {
-    let geometry = geometry(document, table, folder)?;
+    let points = operating_points(document, table)?;
+    let geometry = geometry(document, table, folder, &points)?;
     let mut repairs = repairs(geometry.definition(), &table.section);
     let target = match &table.target {
         Some(target) => {
@@ -36,7 +37,7 @@ pub(super) fn design_problem(
         }
         None => None,
     };
-    let mut instruments = instruments(document, table, &geometry, target.as_ref())?;
+    let mut instruments = instruments(document, table, &geometry, target.as_ref(), &points)?;
     let pressure_section = match table.pressure_target.as_ref().and_then(|wanted| wanted.section.as_ref()) {
         Some(section) => {
             let definition = definition(document, section, "pressure_target", folder)?;
@@ -179,7 +180,12 @@ fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseErr
     })
 }
 
-fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geometry, CaseError> {
+fn geometry(
+    document: &Document,
+    table: &CaseTable,
+    folder: &Path,
+    points: &OperatingPoints,
+) -> Result<Geometry, CaseError> {
     let definition = definition(document, &table.section, "section", folder)?;
     let parameters: Vec<f64> = definition.parameters().into_iter().map(|(_, value)| value).collect();
     let deformation = match (&table.lattice, &table.direct) {
@@ -223,7 +229,7 @@ fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geo
         };
         document.error(key, error.to_string())
     })?;
-    let variables = variables(document, rules, &geometry)?;
+    let variables = variables(document, rules, &geometry, &points.angles)?;
     geometry.set_variables(variables);
     Ok(geometry)
 }
@@ -301,7 +307,12 @@ fn check_symmetry(lattice: &FfdBox<f64>) -> Result<(), DesignError> {
     Ok(())
 }
 
-fn variables(document: &Document, table: &VariablesTable, geometry: &Geometry) -> Result<Vec<Variable>, CaseError> {
+fn variables(
+    document: &Document,
+    table: &VariablesTable,
+    geometry: &Geometry,
+    angles: &[Variable],
+) -> Result<Vec<Variable>, CaseError> {
     let available = geometry.definition().parameters();
     let mut list = Vec::new();
     for (name, settings) in &table.parameters.0 {
@@ -330,6 +341,7 @@ fn variables(document: &Document, table: &VariablesTable, geometry: &Geometry) -
         let kind = VariableKind::Motion(index);
         list.push(Variable { name, start: 0.0, scale: step, bounds: Bounds::FREE, step, kind });
     }
+    list.extend_from_slice(angles);
     apply_settings(document, table, geometry, &mut list)?;
     for variable in &list {
         let Variable { name, start, scale, bounds, .. } = variable;
@@ -374,7 +386,7 @@ fn apply_settings(
         };
         let of_axis = |v: &Variable| match v.kind {
             VariableKind::Motion(index) => axis == Some(axes[index]),
-            VariableKind::Parameter(_) => false,
+            VariableKind::Parameter(_) | VariableKind::Angle => false,
         };
         let found: Vec<usize> = (0..list.len()).filter(|&i| list[i].name == name || of_axis(&list[i])).collect();
         if found.is_empty() && axis.is_none() {
@@ -407,6 +419,7 @@ fn instruments(
     table: &CaseTable,
     geometry: &Geometry,
     target: Option<&Section<f64>>,
+    points: &OperatingPoints,
 ) -> Result<Instruments, CaseError> {
     let norm = match &table.shape_error.norm {
         // parameters of measured points mean nothing
@@ -437,7 +450,7 @@ fn instruments(
             document.error(&["fold_penalty", key], error.to_string())
         })?),
     };
-    let flow = flow_analysis(document, table, geometry.section())?;
+    let flow = flow_analysis(document, table, geometry.section(), &points.points)?;
     Ok(Instruments { shape_error, penalty, flow })
 }
 

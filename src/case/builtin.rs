@@ -44,6 +44,7 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "rae2822-drag",
         "multipoint",
         "parametric",
+        "best-angle",
         "best-glide",
         "high-lift",
         "laminar-two-reynolds",

@@ -19,7 +19,7 @@ fn builtin_cases_are_named_as_their_files_and_can_be_built() {
 #[test]
 fn gradients_of_every_builtin_case_agree_three_ways() {
     // the larger flow cases are checked by the validation
-    let of_practice = ["multipoint", "best-glide", "high-lift", "laminar-two-reynolds", "rae2822-drag"];
+    let of_practice = ["multipoint", "best-angle", "best-glide", "high-lift", "laminar-two-reynolds", "rae2822-drag"];
     let large = |name: &str| name.starts_with("kulfan") || name.starts_with("naca0024") || of_practice.contains(&name);
     let small = |name: &str| name != "l2-direct" && (!large(name) || name == "naca0024-cubic");
     for builtin in builtin_cases().iter().filter(|c| small(c.name)) {
