@@ -35,12 +35,14 @@ const LEAST_SMOOTHING: f64 = 5e-4;
 pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
     let curve = section.curve();
     let parameters = section.parameters(SAMPLES);
+    let samples: Vec<Sample> = parameters.iter().map(|&u| Sample::new(&curve.derivatives(u, 2))).collect();
     let mut arc = vec![0.0];
-    for ends in parameters.windows(2) {
-        arc.push(arc[arc.len() - 1] + distance(curve.point_at(ends[0]), curve.point_at(ends[1])));
+    for ends in samples.windows(2) {
+        arc.push(arc[arc.len() - 1] + distance(ends[0].point, ends[1].point));
     }
     let total = arc[arc.len() - 1];
-    let curvature = smoothed_curvature(section, &parameters, &arc);
+    let nose = Nose::new(section, &parameters, &samples, &arc);
+    let curvature = smoothed_curvature(&samples, &arc, &nose);
     let density = |k: usize| {
         let edge = arc[k].min(total - arc[k]);
         let bend = curvature[k] * total / 2.0;
@@ -65,19 +67,27 @@ pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
         .collect()
 }
 
+/// A place on the curve at which the density is computed.
+struct Sample {
+    point: [f64; 2],
+    /// Derivative of the point with respect to the parameter.
+    heading: [f64; 2],
+    /// Magnitude of the curvature, in one over chords.
+    curvature: f64,
+}
+
+impl Sample {
+    /// A sample from the derivatives of the curve of orders 0 to 2.
+    fn new(rows: &[[f64; 2]]) -> Self {
+        let ([dx, dy], [ddx, ddy]) = (rows[1], rows[2]);
+        let speed = dx.hypot(dy).max(f64::MIN_POSITIVE);
+        Self { point: rows[0], heading: rows[1], curvature: (dx * ddy - dy * ddx).abs() / speed.powi(3) }
+    }
+}
+
 /// Magnitude of the curvature at every sample, in one over chords, averaged over neighbouring samples.
-fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -> Vec<f64> {
-    let curvature: Vec<f64> = parameters
-        .iter()
-        .map(|&u| {
-            let rows = section.curve().derivatives(u, 2);
-            let ([dx, dy], [ddx, ddy]) = (rows[1], rows[2]);
-            let speed = dx.hypot(dy).max(f64::MIN_POSITIVE);
-            (dx * ddy - dy * ddx).abs() / speed.powi(3)
-        })
-        .collect();
+fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> {
     let total = arc[arc.len() - 1];
-    let nose = Nose::new(section, parameters, arc);
     let [share, growth] = NOSE_SMOOTHING;
     let at_nose = (share * nose.radius).max(LEAST_SMOOTHING * total);
     let (mut low, mut high) = (0, 0);
@@ -94,7 +104,7 @@ fn smoothed_curvature(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -
             let length = |j: usize| arc[(j + 1).min(arc.len() - 1)] - arc[j.saturating_sub(1)];
             let weights = |j: usize| (1.0 - (arc[j] - arc[k]).abs() / reach) * length(j);
             let norm: f64 = (low..=high).map(weights).sum();
-            (low..=high).map(|j| weights(j) * curvature[j]).sum::<f64>() / norm
+            (low..=high).map(|j| weights(j) * samples[j].curvature).sum::<f64>() / norm
         })
         .collect()
 }
@@ -108,19 +118,19 @@ struct Nose {
 }
 
 impl Nose {
-    fn new(section: &Section<f64>, parameters: &[f64], arc: &[f64]) -> Self {
+    fn new(section: &Section<f64>, parameters: &[f64], samples: &[Sample], arc: &[f64]) -> Self {
         let curve = section.curve();
         // where the leading edge is not defined, the parameter at which the surfaces meet
         let u = section.leading_edge_parameter().unwrap_or(section.nose_parameter());
         let [x, y] = curve.derivatives(u, 1)[1];
         // positive where the heading is within 45 degrees of that at the nose
         let near = |k: usize| {
-            let [p, q] = curve.derivatives(parameters[k], 1)[1];
+            let [p, q] = samples[k].heading;
             let size = (x.hypot(y) * p.hypot(q)).max(f64::MIN_POSITIVE);
             (x * p + y * q - (x * q - y * p).abs()) / size
         };
         let behind = parameters.partition_point(|&p| p < u).clamp(1, parameters.len() - 1);
-        let place = arc[behind - 1] + distance(curve.point_at(parameters[behind - 1]), curve.point_at(u));
+        let place = arc[behind - 1] + distance(samples[behind - 1].point, curve.point_at(u));
         let end = |samples: &mut dyn Iterator<Item = usize>| {
             let mut last = (place, 1.0);
             for k in samples {

@@ -9,7 +9,7 @@ use super::family::{Equations, Residuals};
 use crate::flow::layer::{Change, Side, Unknowns, is_inside};
 
 /// Largest share of the residuals that a step may leave to be worth following.
-const CONTRACTION: f64 = 0.2;
+const CONTRACTION: f64 = 0.35;
 /// Largest number of steps with one Jacobian.
 const STEPS: usize = 8;
 

@@ -113,13 +113,13 @@ fn offset(points: &[Point], index: usize, size: usize, least: f64, ratio: f64) -
     }
     let around = [index - 2, index - 1, index + size, index + size + 1].map(|i| points[i].xy);
     let run = &points[index..index + size];
-    let own = run.iter().map(|p| from_polynomial(p.xy, around)).fold(f64::INFINITY, f64::min);
+    let own = run.iter().map(|p| from_polynomial(p.xy, around, least)).fold(f64::INFINITY, f64::min);
     // written so that NaN fails
     if !(own >= least) || distance(around[1], around[2]) > 6.0 * distance(around[0], around[1]) {
         return None;
     }
     let without = |i: usize| points[i + if i >= index { size } else { 0 }].xy;
-    let others = (index - 2..(index + 2).min(n - size - 2)).map(|i| off_the_line::<4>(n - size, i, without));
+    let others = (index - 2..(index + 2).min(n - size - 2)).map(|i| off_the_line::<4>(n - size, i, without, 0.0));
     (own > ratio * others.fold(0.0, f64::max)).then_some(own)
 }
 
@@ -187,7 +187,17 @@ fn spike(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> 
 /// A spike as curves through `NEAR` neighbours show it.
 fn spike_among<const NEAR: usize>(points: &[Point], index: usize, least: f64, ratio: f64) -> Option<f64> {
     let all = |i: usize| points[i].xy;
-    let own = off_the_line::<NEAR>(points.len(), index, all);
+    // beside an end the neighbours stand on one side
+    let sided = match index == 1 || index + 2 == points.len() {
+        true if points.len() < DENSE => 4.0,
+        true => 2.0,
+        false => 1.0,
+    };
+    let own = off_the_line::<NEAR>(points.len(), index, all, sided * least);
+    // written so that NaN fails
+    if !(own >= sided * least) {
+        return None;
+    }
     // a lone point on a long side has no line of neighbours to be off
     let length = |i: usize| distance(points[i].xy, points[i + 1].xy);
     let beside = [index.checked_sub(2).map(length), (index + 2 < points.len()).then(|| length(index + 1))];
@@ -195,52 +205,49 @@ fn spike_among<const NEAR: usize>(points: &[Point], index: usize, least: f64, ra
     if distance(points[index - 1].xy, points[index + 1].xy) > 5.0 * beside {
         return None;
     }
-    // beside an end the neighbours stand on one side
-    let sided = match index == 1 || index + 2 == points.len() {
-        true if points.len() < DENSE => 4.0,
-        true => 2.0,
-        false => 1.0,
-    };
-    // written so that NaN fails
-    if !(own >= sided * least) {
-        return None;
-    }
     let without = |i: usize| points[i + usize::from(i >= index)].xy;
     let n = points.len() - 1;
     let near = index.saturating_sub(2).max(1)..(index + 2).min(n - 1);
-    let others = near.map(|i| off_the_line::<NEAR>(n, i, without)).fold(0.0, f64::max);
+    let others = near.map(|i| off_the_line::<NEAR>(n, i, without, 0.0)).fold(0.0, f64::max);
     (own > sided * ratio * others).then_some(own)
 }
 
-/// Distance of the point at `index` from the polynomial through the `NEAR` points around it.
-fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize) -> [f64; 2]) -> f64 {
+/// Distance of the point at `index` from the polynomial through the `NEAR` points around it, or any distance below
+/// `least` where that is.
+fn off_the_line<const NEAR: usize>(count: usize, index: usize, at: impl Fn(usize) -> [f64; 2], least: f64) -> f64 {
     let first = index.saturating_sub(NEAR / 2).min(count - NEAR - 1);
     let mut around = [[0.0; 2]; NEAR];
     let others = (first..=first + NEAR).filter(|&i| i != index);
     for (slot, i) in around.iter_mut().zip(others) {
         *slot = at(i);
     }
-    from_polynomial(at(index), around)
+    from_polynomial(at(index), around, least)
 }
 
-/// Distance of a point from the polynomial through `NEAR` points.
-fn from_polynomial<const NEAR: usize>(point: [f64; 2], around: [[f64; 2]; NEAR]) -> f64 {
+/// Distance of a point from the polynomial through `NEAR` points, or any distance below `least` where that is.
+fn from_polynomial<const NEAR: usize>(point: [f64; 2], around: [[f64; 2]; NEAR], least: f64) -> f64 {
+    const PIECES: usize = 8;
     let mut t = [0.0; NEAR];
     for k in 1..NEAR {
         t[k] = t[k - 1] + distance(around[k], around[k - 1]).max(f64::MIN_POSITIVE);
     }
+    let scales: [f64; NEAR] =
+        std::array::from_fn(|k| (0..NEAR).filter(|&j| j != k).map(|j| (t[k] - t[j]).recip()).product());
     let value = |u: f64| {
-        let weight = |k: usize| (0..NEAR).filter(|&j| j != k).map(|j| (u - t[j]) / (t[k] - t[j])).product::<f64>();
+        let weight = |k: usize| (0..NEAR).filter(|&j| j != k).map(|j| u - t[j]).product::<f64>() * scales[k];
         let weights: [f64; NEAR] = std::array::from_fn(weight);
         [0, 1].map(|d| (0..NEAR).map(|k| weights[k] * around[k][d]).sum::<f64>())
     };
     let mut nearest = f64::INFINITY;
-    const PIECES: usize = 8;
-    for span in t.windows(2) {
-        let mut before = value(span[0]);
+    // the piece in the middle is the likeliest to pass by the point
+    for span in (0..NEAR - 1).map(|k| (NEAR / 2 - 1 + k) % (NEAR - 1)) {
+        let mut before = around[span];
         for piece in 1..=PIECES {
-            let next = value(span[0] + (span[1] - span[0]) * piece as f64 / PIECES as f64);
+            let next = value(t[span] + (t[span + 1] - t[span]) * piece as f64 / PIECES as f64);
             nearest = nearest.min(from_segment(point, before, next));
+            if nearest < least {
+                return nearest;
+            }
             before = next;
         }
     }
