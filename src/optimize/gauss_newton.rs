@@ -36,8 +36,8 @@ pub struct GaussNewton {
     /// Predicted relative decrease of the objective that counts as none.
     pub objective_tolerance: f64,
     /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has
-    /// converged. The objective is a square, so that the default of 0.01 stands for half a per cent of the distance
-    /// from a target.
+    /// converged. The objective is a square, so that the default of 0.02 stands for one per cent of the distance
+    /// from a target over ten steps.
     pub progress_tolerance: f64,
     /// Objective over that of the start below which slow progress ends the run: the root of it is the share of the
     /// distance from a target that is left.
@@ -52,7 +52,7 @@ impl Default for GaussNewton {
     fn default() -> Self {
         Self {
             objective_tolerance: 1e-4,
-            progress_tolerance: 1e-2,
+            progress_tolerance: 2e-2,
             match_tolerance: 1e-8,
             first_radius: 1.0,
             limits: Limits::default(),
