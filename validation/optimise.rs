@@ -69,9 +69,13 @@ struct Run {
     near: usize,
 }
 
+const LIMITS: Limits = Limits { evaluations: 400, iterations: usize::MAX };
+
 fn solve(problem: &mut dyn Problem) -> Result<Run, Failure> {
-    let limits = Limits { evaluations: 400, iterations: usize::MAX };
-    let method = Sqp { feasibility_tolerance: 1e-8, limits, ..Sqp::default() };
+    solve_by(&Sqp { feasibility_tolerance: 1e-8, limits: LIMITS, ..Sqp::default() }, problem)
+}
+
+fn solve_by(method: &dyn Optimizer, problem: &mut dyn Problem) -> Result<Run, Failure> {
     let mut seen: Vec<(f64, f64)> = Vec::new();
     let outcome = method.minimize(problem, &mut |progress| {
         seen.push(progress.result.map_or((f64::NAN, f64::NAN), |e| (e.objective, progress.violation)));
@@ -89,6 +93,8 @@ fn drag(run: &Run) -> f64 {
 
 pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {
     let mut sheets = vec![cases()?];
+    #[cfg(feature = "interior-point")]
+    sheets.push(interior_point()?);
     if !quick {
         sheets.push(starts()?);
     }
@@ -139,6 +145,38 @@ fn cases() -> Result<Sheet, Failure> {
         sheet.count_at_most(&evaluations, row.bar, Some(outcome.evaluations));
         sheet.count_at_most(&near, row.bar / 2, Some(run.near));
         sheet.at_most(&over, 1.001, drag(&run) / row.drag);
+    }
+    sheet.set_figures(figures);
+    Ok(sheet)
+}
+
+/// The interior-point method on the functions of these cases, for comparison: no bars.
+#[cfg(feature = "interior-point")]
+fn interior_point() -> Result<Sheet, Failure> {
+    use aeroform::optimize::InteriorPoint;
+    let mut sheet = Sheet::new(
+        "Evaluations of the interior-point method",
+        "pounce-rs 0.14 with a memory of 40 pairs, to a KKT residual of 1e-6 and a violation of 1e-8.",
+    );
+    let mut figures = Table::new([
+        ("case", Align::Left),
+        ("evaluations", Align::Right),
+        ("within 1 %", Align::Right),
+        ("CD", Align::Right),
+        ("KKT residual", Align::Right),
+        ("end", Align::Left),
+    ]);
+    let method = InteriorPoint { feasibility_tolerance: 1e-8, limits: LIMITS, ..InteriorPoint::default() };
+    for row in &ROWS {
+        let run = solve_by(&method, &mut problem(row.name)?)?;
+        figures.row([
+            row.name.to_owned(),
+            run.outcome.evaluations.to_string(),
+            run.near.to_string(),
+            format!("{:.7}", drag(&run)),
+            format!("{:.1e}", run.outcome.kkt_residual),
+            run.outcome.status.to_string(),
+        ]);
     }
     sheet.set_figures(figures);
     Ok(sheet)

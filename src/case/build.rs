@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::error::{CaseError, nearest};
-use super::flow::flow_analysis;
+use super::flow::{OperatingPoints, flow_analysis, operating_points};
 use super::pressures::set_pressure_target;
 use super::quantities::Quantities;
 use super::schema::{
@@ -26,7 +26,8 @@ pub(super) fn design_problem(
     table: &CaseTable,
     folder: &Path,
 ) -> Result<(DesignProblem, Vec<String>), CaseError> {
-    let geometry = geometry(document, table, folder)?;
+    let points = operating_points(document, table)?;
+    let geometry = geometry(document, table, folder, &points)?;
     let mut repairs = repairs(geometry.definition(), &table.section);
     let target = match &table.target {
         Some(target) => {
@@ -36,7 +37,7 @@ pub(super) fn design_problem(
         }
         None => None,
     };
-    let mut instruments = instruments(document, table, &geometry, target.as_ref())?;
+    let mut instruments = instruments(document, table, &geometry, target.as_ref(), &points)?;
     let pressure_section = match table.pressure_target.as_ref().and_then(|wanted| wanted.section.as_ref()) {
         Some(section) => {
             let definition = definition(document, section, "pressure_target", folder)?;
@@ -179,7 +180,12 @@ fn lattice(document: &Document, table: &BoxTable) -> Result<FfdBox<f64>, CaseErr
     })
 }
 
-fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geometry, CaseError> {
+fn geometry(
+    document: &Document,
+    table: &CaseTable,
+    folder: &Path,
+    points: &OperatingPoints,
+) -> Result<Geometry, CaseError> {
     let definition = definition(document, &table.section, "section", folder)?;
     let parameters: Vec<f64> = definition.parameters().into_iter().map(|(_, value)| value).collect();
     let deformation = match (&table.lattice, &table.direct) {
@@ -223,7 +229,7 @@ fn geometry(document: &Document, table: &CaseTable, folder: &Path) -> Result<Geo
         };
         document.error(key, error.to_string())
     })?;
-    let variables = variables(document, rules, &geometry)?;
+    let variables = variables(document, rules, &geometry, &points.angles)?;
     geometry.set_variables(variables);
     Ok(geometry)
 }
@@ -301,7 +307,12 @@ fn check_symmetry(lattice: &FfdBox<f64>) -> Result<(), DesignError> {
     Ok(())
 }
 
-fn variables(document: &Document, table: &VariablesTable, geometry: &Geometry) -> Result<Vec<Variable>, CaseError> {
+fn variables(
+    document: &Document,
+    table: &VariablesTable,
+    geometry: &Geometry,
+    angles: &[Variable],
+) -> Result<Vec<Variable>, CaseError> {
     let available = geometry.definition().parameters();
     let mut list = Vec::new();
     for (name, settings) in &table.parameters.0 {
@@ -330,6 +341,7 @@ fn variables(document: &Document, table: &VariablesTable, geometry: &Geometry) -
         let kind = VariableKind::Motion(index);
         list.push(Variable { name, start: 0.0, scale: step, bounds: Bounds::FREE, step, kind });
     }
+    list.extend_from_slice(angles);
     apply_settings(document, table, geometry, &mut list)?;
     for variable in &list {
         let Variable { name, start, scale, bounds, .. } = variable;
@@ -358,6 +370,14 @@ fn natural_steps(geometry: &Geometry) -> [f64; 2] {
     })
 }
 
+/// Entries by name: those of whole axes before those of single variables, which hold beside them.
+fn axes_first<T>(entries: &[(String, T)]) -> impl Iterator<Item = (&String, &T)> {
+    let of_axis = |name: &str| matches!(name, "x" | "y");
+    let (axes, single): (Vec<_>, Vec<_>) =
+        entries.iter().map(|(name, value)| (name, value)).partition(|e| of_axis(e.0));
+    axes.into_iter().chain(single)
+}
+
 /// Bounds, scales and starts: for an axis of the box ("x", "y") or a variable by name.
 fn apply_settings(
     document: &Document,
@@ -374,7 +394,7 @@ fn apply_settings(
         };
         let of_axis = |v: &Variable| match v.kind {
             VariableKind::Motion(index) => axis == Some(axes[index]),
-            VariableKind::Parameter(_) => false,
+            VariableKind::Parameter(_) | VariableKind::Angle => false,
         };
         let found: Vec<usize> = (0..list.len()).filter(|&i| list[i].name == name || of_axis(&list[i])).collect();
         if found.is_empty() && axis.is_none() {
@@ -384,17 +404,17 @@ fn apply_settings(
         }
         Ok(found)
     };
-    for (name, [lower, upper]) in &table.bounds.0 {
+    for (name, [lower, upper]) in axes_first(&table.bounds.0) {
         for index in selected(name, "bounds", list)? {
             list[index].bounds = Bounds { lower: *lower, upper: *upper };
         }
     }
-    for (name, scale) in &table.scale.0 {
+    for (name, scale) in axes_first(&table.scale.0) {
         for index in selected(name, "scale", list)? {
             list[index].scale = *scale;
         }
     }
-    for (name, start) in &table.start.0 {
+    for (name, start) in axes_first(&table.start.0) {
         for index in selected(name, "start", list)? {
             list[index].start = *start;
         }
@@ -407,6 +427,7 @@ fn instruments(
     table: &CaseTable,
     geometry: &Geometry,
     target: Option<&Section<f64>>,
+    points: &OperatingPoints,
 ) -> Result<Instruments, CaseError> {
     let norm = match &table.shape_error.norm {
         // parameters of measured points mean nothing
@@ -437,7 +458,7 @@ fn instruments(
             document.error(&["fold_penalty", key], error.to_string())
         })?),
     };
-    let flow = flow_analysis(document, table, geometry.section())?;
+    let flow = flow_analysis(document, table, geometry.section(), &points.points)?;
     Ok(Instruments { shape_error, penalty, flow })
 }
 

@@ -45,6 +45,7 @@ pub fn builtin_cases() -> &'static [BuiltinCase] {
         "supercritical-multipoint",
         "multipoint",
         "parametric",
+        "best-angle",
         "best-glide",
         "high-lift",
         "laminar-two-reynolds",

@@ -1,5 +1,5 @@
 use super::*;
-use crate::design::{Problem, check_gradients};
+use crate::design::{Bounds, Problem, check_gradients};
 
 fn case(text: &str) -> Result<Case, CaseError> {
     Case::parse("test.toml", text, Path::new(""))
@@ -19,8 +19,15 @@ fn builtin_cases_are_named_as_their_files_and_can_be_built() {
 #[test]
 fn gradients_of_every_builtin_case_agree_three_ways() {
     // the larger flow cases are checked by the validation
-    let of_practice =
-        ["multipoint", "best-glide", "high-lift", "laminar-two-reynolds", "rae2822-drag", "supercritical-multipoint"];
+    let of_practice = [
+        "multipoint",
+        "best-angle",
+        "best-glide",
+        "high-lift",
+        "laminar-two-reynolds",
+        "rae2822-drag",
+        "supercritical-multipoint",
+    ];
     let large = |name: &str| name.starts_with("kulfan") || name.starts_with("naca0024") || of_practice.contains(&name);
     let small = |name: &str| name != "l2-direct" && (!large(name) || name == "naca0024-cubic");
     for builtin in builtin_cases().iter().filter(|c| small(c.name)) {
@@ -108,6 +115,26 @@ fn complaint(from: &str, to: &str, line: usize, words: &[&str]) {
     for word in words {
         assert!(error.to_string().contains(word), "{error} lacks {word}");
     }
+}
+
+#[test]
+fn what_is_said_of_one_variable_holds_beside_what_is_said_of_its_axis() {
+    let bounds =
+        "free = \"all\"\nbounds = { \"dx[1,1]\" = [0, 0], x = [-0.1, 0.1], y = [-0.2, 0.2], \"dy[2,0]\" = [0, 0.05] }";
+    let case = case(&L2.replacen("free = \"all\"", bounds, 1)).unwrap();
+    let description = case.problem.description();
+    let of = |name: &str| {
+        let place = description.variable_names.iter().position(|n| n == name).unwrap();
+        let Bounds { lower, upper } = description.variable_bounds[place];
+        [lower, upper]
+    };
+    assert_eq!(of("dx[1,1]"), [0.0, 0.0]);
+    assert_eq!(of("dy[2,0]")[0], 0.0);
+    // the description counts in scaled variables
+    let scale = 0.2 / of("dy[1,1]")[1];
+    assert!((of("dy[2,0]")[1] * scale - 0.05).abs() < 1e-15);
+    let [lower, upper] = of("dx[0,0]");
+    assert!(lower == -upper && upper > 0.0);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use super::document::Document;
 use super::error::CaseError;
-use super::schema::{CaseTable, FlowTable, OneOrMore};
-use crate::design::{FlowAnalysis, OperatingPoint};
+use super::schema::{Alpha, CaseTable, FlowTable, FlowTables, FreeAlpha, OneOrMore};
+use crate::design::{Bounds, DesignError, FlowAnalysis, OperatingPoint, Variable, VariableKind};
 use crate::flow::{Condition, FlowError, FlowSolver, Incidence, PanelSolver, Settings, SolverChoice, panel_parameters};
 use crate::section::Section;
 
@@ -13,24 +13,27 @@ const MOST_POINTS: usize = 200;
 pub(super) const PANELS: usize = 160;
 /// Largest residual of the flow equations; constraints on the flow are met to 1e-10.
 const TOLERANCE: f64 = 1e-12;
+/// Natural change of an angle of attack in degrees: about a tenth of lift coefficient.
+const ANGLE_STEP: f64 = 1.0;
 /// Fewest and most panels; the panel equations are dense.
 const PANEL_RANGE: std::ops::RangeInclusive<usize> = 40..=1000;
 
-/// The flow analysis a case asks for, on panels of the undeformed `section`.
-pub(super) fn flow_analysis(
-    document: &Document,
-    table: &CaseTable,
-    section: &Section<f64>,
-) -> Result<Option<FlowAnalysis>, CaseError> {
-    let Some(tables) = &table.flow else { return Ok(None) };
-    let tables = &tables.0;
+/// The operating points of a case, and the angles of attack among them that are design variables.
+#[derive(Debug, Clone, Default)]
+pub(super) struct OperatingPoints {
+    pub points: Vec<OperatingPoint>,
+    pub angles: Vec<Variable>,
+}
+
+/// The operating points of all `[flow]` tables; none where there is no such table.
+pub(super) fn operating_points(document: &Document, table: &CaseTable) -> Result<OperatingPoints, CaseError> {
+    let Some(FlowTables(tables)) = &table.flow else { return Ok(OperatingPoints::default()) };
     if tables.is_empty() {
         return Err(document.error(&["flow"], "no operating point"));
     }
-    let panels = panel_count(document, tables)?;
-    let choice = solver_choice(document, tables)?;
     let several = tables.len() > 1;
     let mut points: Vec<OperatingPoint> = Vec::new();
+    let mut free: Vec<(usize, &FreeAlpha)> = Vec::new();
     for (index, table) in tables.iter().enumerate() {
         let name = match &table.name {
             Some(name) => name.clone(),
@@ -59,12 +62,58 @@ pub(super) fn flow_analysis(
             if points.iter().any(|p| p.name == name) {
                 return Err(document.error(&["flow", "name"], format!("two operating points are called {name:?}")));
             }
-            points.push(OperatingPoint { name, weight: share, condition: *condition });
+            let mut angle = None;
+            if let Some(Alpha::Free(table)) = &table.alpha {
+                angle = Some(free.len());
+                free.push((points.len(), table));
+            }
+            points.push(OperatingPoint { name, weight: share, condition: *condition, angle });
         }
     }
     if points.iter().all(|p| p.weight == 0.0) {
         return Err(document.error(&["flow", "weight"], "all weights are zero"));
     }
+    let angles = free.iter().map(|(place, table)| angle_variable(document, &points, *place, table));
+    Ok(OperatingPoints { angles: angles.collect::<Result<_, _>>()?, points })
+}
+
+/// The angle of attack of the operating point at `place` as a design variable.
+fn angle_variable(
+    document: &Document,
+    points: &[OperatingPoint],
+    place: usize,
+    table: &FreeAlpha,
+) -> Result<Variable, CaseError> {
+    let point = &points[place];
+    let Incidence::Alpha(start) = point.condition.incidence else {
+        return Err(document.error(&["flow", "alpha"], "an angle is free where the lift is not prescribed"));
+    };
+    let start = start.to_degrees();
+    let name = if points.len() > 1 { format!("alpha_at({})", point.name) } else { "alpha".into() };
+    let [lower, upper] = [table.lower.unwrap_or(f64::NEG_INFINITY), table.upper.unwrap_or(f64::INFINITY)];
+    // written so that NaN fails
+    if !(lower <= start && start <= upper) {
+        let error = DesignError::Bounds { name, lower, start, upper };
+        return Err(document.error(&["flow", "alpha"], error.to_string()));
+    }
+    let scale = table.scale.unwrap_or(ANGLE_STEP);
+    if !(scale.is_finite() && scale > 0.0) {
+        return Err(document.error(&["flow", "alpha"], DesignError::Scale { name, scale }.to_string()));
+    }
+    let bounds = Bounds { lower, upper };
+    Ok(Variable { name, start, scale, bounds, step: ANGLE_STEP, kind: VariableKind::Angle })
+}
+
+/// The flow analysis that a case asks for, on panels of the undeformed `section`; none without operating points.
+pub(super) fn flow_analysis(
+    document: &Document,
+    table: &CaseTable,
+    section: &Section<f64>,
+    points: &[OperatingPoint],
+) -> Result<Option<FlowAnalysis>, CaseError> {
+    let Some(FlowTables(tables)) = &table.flow else { return Ok(None) };
+    let panels = panel_count(document, tables)?;
+    let choice = solver_choice(document, tables)?;
     let conditions: Vec<Condition> = points.iter().map(|point| point.condition).collect();
     let nodes: Vec<[f64; 2]> =
         panel_parameters(section, panels + 1).into_iter().map(|u| section.curve().point_at(u)).collect();
@@ -75,7 +124,7 @@ pub(super) fn flow_analysis(
     for condition in &conditions {
         check(document, condition, &*solver, &["flow"])?;
     }
-    Ok(Some(FlowAnalysis::new(section, points, panels, solver)))
+    Ok(Some(FlowAnalysis::new(section, points.to_vec(), panels, solver)))
 }
 
 /// The number of panels, which all operating points share.
@@ -110,7 +159,10 @@ pub(super) fn panel_solver() -> PanelSolver {
 /// The operating points of a table at `path`: one for each combination of the values in its lists.
 pub(super) fn conditions(document: &Document, table: &FlowTable, path: &[&str]) -> Result<Vec<Condition>, CaseError> {
     let list = |values: &Option<OneOrMore>| values.as_ref().map(|values| values.0.clone());
-    let incidences: Vec<Incidence> = match (list(&table.alpha), list(&table.cl)) {
+    let angles = table.alpha.as_ref().map(|alpha| match alpha {
+        Alpha::Prescribed(degrees) | Alpha::Free(FreeAlpha { start: degrees, .. }) => degrees.0.clone(),
+    });
+    let incidences: Vec<Incidence> = match (angles, list(&table.cl)) {
         (Some(degrees), None) => degrees.into_iter().map(|a| Incidence::Alpha(a.to_radians())).collect(),
         (None, Some(lifts)) => lifts.into_iter().map(Incidence::Lift).collect(),
         _ => return Err(document.error(path, "give either `alpha` (degrees) or `cl`")),

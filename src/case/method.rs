@@ -4,7 +4,7 @@ use super::document::Document;
 use super::error::CaseError;
 use super::schema::OptimizerTable;
 use crate::design::{DesignProblem, Problem};
-use crate::optimize::{GaussNewton, Lbfgs, Method, OptimizeError, Slsqp};
+use crate::optimize::{GaussNewton, Lbfgs, Method, OptimizeError, Sqp};
 
 impl OptimizerTable {
     /// Refuses settings that no method can take.
@@ -32,7 +32,7 @@ impl OptimizerTable {
     pub fn method_name(&self, problem: &DesignProblem) -> &str {
         let constrained = !problem.description().constraint_names.is_empty();
         let chosen = match (constrained, problem.is_sum_of_squares()) {
-            (true, _) => Slsqp::NAME,
+            (true, _) => Sqp::NAME,
             (false, true) => GaussNewton::NAME,
             (false, false) => Lbfgs::NAME,
         };

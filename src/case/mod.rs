@@ -350,4 +350,6 @@ fn check_name(name: &str) -> Result<(), String> {
 mod tests;
 
 #[cfg(test)]
+mod angle_tests;
+#[cfg(test)]
 mod practice_tests;

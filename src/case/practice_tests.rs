@@ -89,7 +89,7 @@ fn the_method_follows_the_problem() {
     let limits = |limit: &str| {
         with(&format!("[objective]\nminimize = {{ shape_error = 1.0 }}\n[constraints]\narea = {limit}\n"))
     };
-    assert_eq!(limits("{ min = 0.08 }"), "slsqp");
+    assert_eq!(limits("{ min = 0.08 }"), "sqp");
     assert_eq!(limits("{ min = 0.08, weight = 10.0 }"), "gauss-newton");
 }
 

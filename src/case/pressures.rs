@@ -4,7 +4,7 @@ use super::document::Document;
 use super::error::CaseError;
 use super::flow::{check, conditions, panel_solver};
 use super::pressure_table::{on_the_chord, read};
-use super::schema::{CaseTable, PressureTargetTable};
+use super::schema::{Alpha, CaseTable, PressureTargetTable};
 use crate::design::{FlowAnalysis, OperatingPoint, PressureSide, PressureTarget};
 use crate::flow::{Condition, Distributions, FlowSolver, panel_parameters};
 use crate::optimize::limited::read_limited;
@@ -98,6 +98,9 @@ fn condition(
     let path = [TABLE, "flow"];
     if [table.name.is_some(), table.weight.is_some(), table.panels.is_some(), table.solver.is_some()].contains(&true) {
         return Err(document.error(&path, "`name`, `weight`, `panels` and `solver` have no meaning here"));
+    }
+    if matches!(table.alpha, Some(Alpha::Free(_))) {
+        return Err(document.error(&[TABLE, "flow", "alpha"], "the wanted pressures have a prescribed angle or lift"));
     }
     match conditions(document, table, &path)?[..] {
         [condition] => {

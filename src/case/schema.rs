@@ -2,10 +2,16 @@
 //!
 //! Every key is documented for users in `validation/cases/README.md`.
 
+mod flow;
+mod values;
+
+pub(super) use flow::{Alpha, FlowTable, FlowTables, FreeAlpha, OneOrMore};
+
 use crate::design::{Axis, Selection};
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use toml::Value;
+use values::{items, number, refuse};
 
 /// A whole case file.
 #[derive(Debug, Clone, serde::Deserialize)]
@@ -164,91 +170,6 @@ pub(crate) struct PressureTargetTable {
     pub section: Option<SectionTable>,
     pub flow: Option<FlowTable>,
     pub point: Option<String>,
-}
-
-/// One operating point, or several where a key has a list of values.
-#[derive(Debug, Clone, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FlowTable {
-    pub name: Option<String>,
-    pub weight: Option<f64>,
-    pub alpha: Option<OneOrMore>,
-    pub cl: Option<OneOrMore>,
-    pub mach: Option<OneOrMore>,
-    pub reynolds: Option<OneOrMore>,
-    pub ncrit: Option<OneOrMore>,
-    pub trip: Option<Trips>,
-    pub panels: Option<usize>,
-    pub solver: Option<String>,
-}
-
-/// A number or a list of them.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct OneOrMore(pub Vec<f64>);
-
-impl<'de> Deserialize<'de> for OneOrMore {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let value = Value::deserialize(deserializer)?;
-        match items(&value).iter().map(number).collect::<Option<Vec<f64>>>() {
-            Some(numbers) if !numbers.is_empty() => Ok(Self(numbers)),
-            _ => refuse(&value, "a number, or a list of numbers"),
-        }
-    }
-}
-
-/// `[flow]`, or several `[[flow]]`.
-#[derive(Debug, Clone)]
-pub(crate) struct FlowTables(pub Vec<FlowTable>);
-
-impl<'de> Deserialize<'de> for FlowTables {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl<'de> Visitor<'de> for Any {
-            type Value = FlowTables;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a table [flow], or several [[flow]]")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FlowTables, A::Error> {
-                let table = FlowTable::deserialize(de::value::MapAccessDeserializer::new(map))?;
-                Ok(FlowTables(vec![table]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<FlowTables, A::Error> {
-                let mut list = Vec::new();
-                while let Some(table) = seq.next_element()? {
-                    list.push(table);
-                }
-                Ok(FlowTables(list))
-            }
-        }
-        deserializer.deserialize_any(Any)
-    }
-}
-
-/// Positions of trip strips: one for both sides, one per side, or a list of such pairs; a position at the trailing edge
-/// (1) is none.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Trips(pub Vec<[f64; 2]>);
-
-impl<'de> Deserialize<'de> for Trips {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let value = Value::deserialize(deserializer)?;
-        let pair = |value: &Value| {
-            let numbers: Option<Vec<f64>> = items(value).iter().map(number).collect();
-            match numbers.as_deref() {
-                Some([both]) => Some([*both; 2]),
-                Some([upper, lower]) => Some([*upper, *lower]),
-                _ => None,
-            }
-        };
-        let list = value.as_array().filter(|list| !list.is_empty() && list.iter().all(Value::is_array));
-        let pairs: Option<Vec<[f64; 2]>> = match list {
-            Some(list) => list.iter().map(pair).collect(),
-            None => pair(&value).map(|pair| vec![pair]),
-        };
-        let expected =
-            "x/c of the trip strips: a number, two for the upper and the lower side, or a list of such pairs";
-        pairs.map_or_else(|| refuse(&value, expected), |pairs| Ok(Self(pairs)))
-    }
 }
 
 #[derive(Debug, Clone, serde::Deserialize)]
@@ -466,19 +387,4 @@ impl<'de> Deserialize<'de> for Limit {
             (None, None) => refuse(&value, "a number, or a multiple of the start like \"0.5 * initial\""),
         }
     }
-}
-
-/// The number that a value is.
-fn number(value: &Value) -> Option<f64> {
-    value.as_float().or(value.as_integer().map(|i| i as f64))
-}
-
-/// The items of a list; a value that is no list is its only item.
-fn items(value: &Value) -> &[Value] {
-    value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice)
-}
-
-/// The error of a value that is not what a key takes.
-fn refuse<T, E: de::Error>(value: &Value, expected: &str) -> Result<T, E> {
-    Err(E::custom(format!("invalid value {value}, expected {expected}")))
 }

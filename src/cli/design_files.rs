@@ -27,7 +27,7 @@ pub(super) fn design_files(case: &Case, variables: &[f64]) -> Result<Vec<(String
     for (point, solution) in problem.operating_points().iter().zip(&flows) {
         let Some(solution) = solution.as_ref().ok().filter(|solution| solution.is_solved()) else { continue };
         let place = if point.name.is_empty() { String::new() } else { format!("_{}", identifier(&point.name)) };
-        let title = format!("{}: {}", case.name, figures::condition_text(&point.condition));
+        let title = format!("{}: {}", case.name, figures::condition_text(&point.condition_at(&shape)));
         files.push((format!("pressure{place}.svg"), figures::pressure(solution, &title)));
         files.push((format!("boundary_layer{place}.svg"), figures::boundary_layer(solution, &title)));
     }

@@ -1,7 +1,7 @@
 //! A run at a glance: what changed from start to end, what holds the design, and why it may be trusted. The terminal
 //! and the page show the same.
 
-use super::figures::condition_text;
+use super::figures::{condition_text, surroundings_text};
 use crate::case::Case;
 use crate::design::DerivativeCheck;
 use crate::optimize::Termination;
@@ -210,7 +210,8 @@ impl Overview {
         let headline = [shown(unit, start), shown(unit, end), change(unit, start, end)];
         let conditions = case.problem.operating_points().iter().map(|point| {
             let place = if point.name.is_empty() { String::new() } else { format!("{}: ", point.name) };
-            format!("{place}{}", condition_text(&point.condition))
+            let free = point.angle.map(|_| format!("α free, {}", surroundings_text(&point.condition)));
+            format!("{place}{}", free.unwrap_or_else(|| condition_text(&point.condition)))
         });
         let mut rows = Vec::new();
         if !is_single(case) {

@@ -118,7 +118,7 @@ fn pressures(problem: &DesignProblem, initial: &Shape, shape: &Shape) -> Vec<(St
         let name = if point.name.is_empty() { "Pressure".into() } else { format!("Pressure at {}", point.name) };
         let (start, end) = (before.solutions[k].as_ref().ok(), after.solutions[k].as_ref().ok());
         if start.is_some() || end.is_some() {
-            let title = figures::condition_text(&point.condition);
+            let title = figures::condition_text(&point.condition_at(shape));
             figures.push((name, figures::pressure_change(start, end, &title)));
         }
     }

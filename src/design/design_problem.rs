@@ -2,6 +2,7 @@
 
 mod as_problem;
 mod second_order;
+mod workspace;
 
 use super::flow_analysis::{FlowAnalysis, FlowTiming, OperatingPoint};
 use super::geometry::Geometry;
@@ -16,6 +17,7 @@ use crate::section::{Measure, Section};
 use nalgebra::DMatrix;
 use num_dual::Dual64;
 use std::sync::Arc;
+use workspace::Workspace;
 
 /// A constraint: a quantity within bounds.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,16 +68,6 @@ enum Contribution {
     Measure(Measure),
     /// By the gradient of the quantity that it limits.
     Soft,
-}
-
-/// Buffers of one evaluation.
-#[derive(Debug, Clone, Default)]
-struct Workspace {
-    values: Vec<f64>,
-    net: Vec<[f64; 2]>,
-    points: Vec<[f64; 2]>,
-    net_slope: Vec<[f64; 2]>,
-    point_slope: Vec<[f64; 2]>,
 }
 
 impl DesignProblem {
@@ -331,6 +323,7 @@ impl DesignProblem {
     fn deform_in_place(&mut self) {
         let work = &mut self.work;
         self.geometry.deform(self.geometry.initial_frame(), &work.values, &mut work.net, &mut work.points);
+        work.angles = self.geometry.angles(&work.values);
     }
 
     /// Deforms the workspace to its variables and gives the tangents there.
@@ -346,6 +339,7 @@ impl DesignProblem {
         self.work.net.clone_from(&linearised.shape.net);
         self.work.points.clear();
         self.work.points.extend_from_slice(linearised.shape.section.curve().control_points());
+        self.work.angles.clone_from(&linearised.shape.angles);
         Ok(Arc::new(linearised))
     }
 
@@ -356,6 +350,8 @@ impl DesignProblem {
             slope.clear();
             slope.resize(len, [0.0; 2]);
         }
+        self.work.angle_slope.clear();
+        self.work.angle_slope.resize(self.work.angles.len(), 0.0);
     }
 
     /// Adds a quantity's slopes times `factor` to the workspace, unless it is a measure.
@@ -372,11 +368,12 @@ impl DesignProblem {
                 self.instruments.penalty()?.indicator_and_gradient(*index, &work.net, factor, &mut work.net_slope)
             }
             Quantity::Flow(flow) => {
-                self.instruments.flow()?.value_and_slope(flow, &work.points, factor, &mut work.point_slope)?
+                let (shape, mut slope) = work.posed();
+                self.instruments.flow()?.value_and_slope(flow, shape, factor, &mut slope)?
             }
             Quantity::PressureError => {
-                let flow = self.instruments.pressures()?;
-                flow.pressure_error_and_slope(&work.points, factor, &mut work.point_slope)?
+                let (shape, mut slope) = work.posed();
+                self.instruments.pressures()?.pressure_error_and_slope(shape, factor, &mut slope)?
             }
             Quantity::Measure(measure) => return Ok(Contribution::Measure(*measure)),
             Quantity::Soft { .. } => return Ok(Contribution::Soft),
@@ -387,7 +384,7 @@ impl DesignProblem {
 
     /// Carries the slopes in the workspace back to the variables.
     fn pull_back(&mut self, tangents: &LinearisedShape) -> Vec<f64> {
-        tangents.pull_back(&self.work.point_slope, &mut self.work.net_slope)
+        tangents.pull_back(&self.work.point_slope, &mut self.work.net_slope, &self.work.angle_slope)
     }
 
     /// A measure with its gradient, by chunks of tangents.
@@ -477,7 +474,7 @@ impl DesignProblem {
             return Ok(());
         }
         let section = self.geometry.section().with_control_points(self.work.points.clone())?;
-        let shape = Shape { section, net: self.work.net.clone() };
+        let shape = Shape { section, net: self.work.net.clone(), angles: self.work.angles.clone() };
         for q in reported {
             values[q] = self.instruments.value(&self.quantities[q], &shape).unwrap_or(f64::NAN);
         }

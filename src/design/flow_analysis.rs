@@ -5,10 +5,11 @@ mod pressures;
 use super::DesignError;
 use super::parallel::{in_parallel_with, processors};
 use super::pressure_target::PressureError;
-use super::shape::Shape;
+use super::shape::{Posed, PosedSlope, Shape};
 use crate::ffd::LinearMap;
 use crate::flow::{
-    COEFFICIENTS, Coefficients, Condition, FlowSection, FlowSolver, HeldGradients, Solution, panel_parameters,
+    COEFFICIENTS, Coefficients, Condition, FlowSection, FlowSolver, HeldGradients, Incidence, Solution,
+    panel_parameters,
 };
 use crate::scalar::Scalar;
 use crate::section::Section;
@@ -23,8 +24,26 @@ pub struct OperatingPoint {
     pub name: String,
     /// Share of the point in weighted means; the shares of all points add up to one.
     pub weight: f64,
-    /// Flow conditions; at a fixed lift coefficient the angle of attack follows the shape.
+    /// Flow conditions; at a fixed lift coefficient the angle of attack follows the shape. Where the angle is a design
+    /// variable, the one at the start.
     pub condition: Condition,
+    /// Position among the [angles](Shape::angles) of a shape, where the angle of attack is a design variable.
+    pub angle: Option<usize>,
+}
+
+impl OperatingPoint {
+    /// The flow conditions for a shape: those of the point, at the angle of attack of the shape where that is a design
+    /// variable.
+    pub fn condition_at(&self, shape: &Shape) -> Condition {
+        self.at(&shape.angles)
+    }
+
+    fn at(&self, angles: &[f64]) -> Condition {
+        match self.angle.and_then(|place| angles.get(place)) {
+            Some(&alpha) => Condition { incidence: Incidence::Alpha(alpha), ..self.condition },
+            None => self.condition,
+        }
+    }
 }
 
 /// A number that is read off a flow, by its name in case files: one of the [`Coefficients`], `cl/cd` (lift over drag),
@@ -146,6 +165,7 @@ pub struct FlowTiming {
 #[derive(Debug)]
 pub(super) struct Flows {
     nodes: Vec<[f64; 2]>,
+    angles: Vec<f64>,
     solutions: Vec<Result<Solution, DesignError>>,
     gradients: Vec<OnceLock<Option<HeldGradients>>>,
 }
@@ -250,7 +270,7 @@ impl FlowAnalysis {
 
     /// A copy whose flows start from those about `base`, and whose time counts as that of the original.
     pub fn near(&self, base: Option<&Shape<f64>>) -> Self {
-        let start = base.map(|shape| self.flows(self.nodes(shape.section.curve().control_points())));
+        let start = base.map(|shape| self.flows(shape.posed()));
         // flows in memory started elsewhere: they are right, but not to the last bit those asked for
         Self { start, latest: Mutex::default(), ..self.on_the_same_clock() }
     }
@@ -268,7 +288,7 @@ impl FlowAnalysis {
 
     /// The solutions about a shape, one per operating point, or why there is none.
     pub fn solutions(&self, shape: &Shape<f64>) -> Vec<Result<Solution, DesignError>> {
-        self.flows(self.nodes(shape.section.curve().control_points())).solutions.clone()
+        self.flows(shape.posed()).solutions.clone()
     }
 
     /// The section of a shape, prepared for the solver of the problem.
@@ -277,18 +297,19 @@ impl FlowAnalysis {
         Ok(self.solver.section(&nodes, self.edge)?)
     }
 
-    /// The flows about the section through `nodes`, from memory where they are those of the latest call.
-    fn flows(&self, nodes: Vec<[f64; 2]>) -> Arc<Flows> {
-        let known = self.latest().clone().filter(|f| f.nodes == nodes);
+    /// The flows about a shape, from memory where they are those of the latest call.
+    fn flows(&self, shape: Posed<'_>) -> Arc<Flows> {
+        let nodes = self.nodes(shape.points);
+        let known = self.latest().clone().filter(|f| f.nodes == nodes && f.angles == shape.angles);
         if let Some(flows) = known {
             return flows;
         }
         let solutions = match self.solver.section(&nodes, self.edge) {
-            Ok(section) => self.solve(&*section),
+            Ok(section) => self.solve(&*section, shape.angles),
             Err(error) => self.points.iter().map(|_| Err(error.clone().into())).collect(),
         };
         let gradients = solutions.iter().map(|_| OnceLock::new()).collect();
-        let flows = Arc::new(Flows { nodes, solutions, gradients });
+        let flows = Arc::new(Flows { nodes, angles: shape.angles.to_vec(), solutions, gradients });
         *self.latest() = Some(Arc::clone(&flows));
         flows
     }
@@ -310,7 +331,7 @@ impl FlowAnalysis {
     }
 
     /// All points at once, on as many threads as there are processors.
-    fn solve(&self, section: &dyn FlowSection) -> Vec<Result<Solution, DesignError>> {
+    fn solve(&self, section: &dyn FlowSection, angles: &[f64]) -> Vec<Result<Solution, DesignError>> {
         let begin = Instant::now();
         let indices: Vec<usize> = (0..self.points.len()).collect();
         let home = self.at_home();
@@ -318,7 +339,7 @@ impl FlowAnalysis {
             let point = &self.points[index];
             let near = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
             let start = near.or_else(|| home?.get(index)?.as_ref());
-            let solution = section.analyze(&point.condition, start)?;
+            let solution = section.analyze(&point.at(angles), start)?;
             if solution.is_reliable() {
                 return Ok(solution);
             }
@@ -345,33 +366,32 @@ impl FlowAnalysis {
     }
 
     /// A quantity over any scalar that carries first derivatives at most.
-    pub fn value<S: Scalar>(&self, quantity: &FlowQuantity, control_points: &[[S; 2]]) -> Result<S, DesignError> {
+    pub(super) fn value<S: Scalar>(&self, quantity: &FlowQuantity, shape: Posed<'_, S>) -> Result<S, DesignError> {
         if S::NDERIV > 1 {
             return Err(DesignError::FlowSecondOrder { name: quantity.name() });
         }
-        taylor(control_points, |real, slope| self.value_and_slope(quantity, real, 1.0, slope))
+        taylor(shape, |real, slope| self.value_and_slope(quantity, real, 1.0, slope))
     }
 
-    /// A quantity; adds `factor` times its derivatives with respect to the control points to `slope`, unless that is
-    /// empty.
-    pub fn value_and_slope(
+    /// A quantity; adds `factor` times its derivatives to `slope` where they are wanted.
+    pub(super) fn value_and_slope(
         &self,
         quantity: &FlowQuantity,
-        control_points: &[[f64; 2]],
+        shape: Posed<'_>,
         factor: f64,
-        slope: &mut [[f64; 2]],
+        slope: &mut PosedSlope<'_>,
     ) -> Result<f64, DesignError> {
-        let flows = self.flows(self.nodes(control_points));
-        if !slope.is_empty() {
+        let flows = self.flows(shape);
+        if slope.is_wanted() {
             self.differentiate(&flows);
         }
-        let mut by_node = vec![[0.0; 2]; if slope.is_empty() { 0 } else { flows.nodes.len() }];
+        let mut by_node = vec![[0.0; 2]; if slope.is_wanted() { flows.nodes.len() } else { 0 }];
         let mut sum = 0.0;
         for (point, share) in self.shares(quantity) {
             let solution = flows.solutions[point].as_ref().map_err(DesignError::clone)?;
             let output = quantity.output.of_solution(solution);
             sum += share * output.re;
-            if slope.is_empty() {
+            if !slope.is_wanted() {
                 continue;
             }
             let gradients = flows.gradients[point].get().and_then(Option::as_ref);
@@ -384,10 +404,13 @@ impl FlowAnalysis {
                     sum[0] += weight * own[0];
                     sum[1] += weight * own[1];
                 }
+                if let Some(angle) = self.points[point].angle {
+                    slope.angles[angle] += weight * gradient.alpha;
+                }
             }
         }
-        if !slope.is_empty() {
-            self.map.add_transposed_to(&by_node, slope);
+        if slope.is_wanted() {
+            self.map.add_transposed_to(&by_node, slope.points);
         }
         Ok(sum)
     }
@@ -410,18 +433,23 @@ impl FlowAnalysis {
     }
 }
 
-/// A function of control points over any scalar that carries first derivatives at most, from its value and slope: by
-/// Taylor's formula, which is exact for what the scalar carries.
+/// A function of a shape over any scalar that carries first derivatives at most, from its value and slope: by Taylor's
+/// formula, which is exact for what the scalar carries.
 fn taylor<S: Scalar>(
-    control_points: &[[S; 2]],
-    with_slope: impl FnOnce(&[[f64; 2]], &mut [[f64; 2]]) -> Result<f64, DesignError>,
+    shape: Posed<'_, S>,
+    with_slope: impl FnOnce(Posed<'_>, &mut PosedSlope<'_>) -> Result<f64, DesignError>,
 ) -> Result<S, DesignError> {
-    let real: Vec<[f64; 2]> = control_points.iter().map(|p| p.map(|c| c.re())).collect();
-    let mut slope = vec![[0.0; 2]; if S::NDERIV > 0 { real.len() } else { 0 }];
-    let mut value = S::from(with_slope(&real, &mut slope)?);
-    for ((point, at), slope) in control_points.iter().zip(&real).zip(&slope) {
-        for d in 0..2 {
-            value += (point[d] - at[d]) * slope[d];
+    let points: Vec<[f64; 2]> = shape.points.iter().map(|p| p.map(|c| c.re())).collect();
+    let angles: Vec<f64> = shape.angles.iter().map(S::re).collect();
+    let mut by_point = vec![[0.0; 2]; if S::NDERIV > 0 { points.len() } else { 0 }];
+    let mut by_angle = vec![0.0; angles.len()];
+    let mut slope = PosedSlope { points: &mut by_point, angles: &mut by_angle };
+    let mut value = S::from(with_slope(Posed { points: &points, angles: &angles }, &mut slope)?);
+    let numbers = shape.points.as_flattened().iter().chain(shape.angles);
+    let slopes = by_point.as_flattened().iter().chain(&by_angle);
+    if S::NDERIV > 0 {
+        for (number, slope) in numbers.zip(slopes) {
+            value += (*number - number.re()) * *slope;
         }
     }
     Ok(value)

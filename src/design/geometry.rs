@@ -24,9 +24,11 @@ pub enum Deformation {
 /// A design variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// Unique name: `dx[column,row]`, `dy[column,row]`, or the name of a section parameter.
+    /// Unique name: `dx[column,row]`, `dy[column,row]`, the name of a section parameter, or `alpha` and
+    /// `alpha_at(point)` for the angle of attack of an operating point.
     pub name: String,
-    /// Value at the start, in the unit of the variable (chords; displacements are zero where nothing else is said).
+    /// Value at the start, in the unit of the variable (chords, degrees for angles of attack; displacements are zero where
+    /// nothing else is said).
     pub start: f64,
     /// Step of the variable that the optimiser sees as one.
     pub scale: f64,
@@ -45,6 +47,8 @@ pub(crate) enum VariableKind {
     Parameter(usize),
     /// Variable of the box motion, by position.
     Motion(usize),
+    /// Angle of attack of an operating point; its unit is the degree.
+    Angle,
 }
 
 /// Section, box and variables of a design problem.
@@ -121,7 +125,7 @@ impl Geometry {
         &self.motion
     }
 
-    /// The variables, parameters of the section first.
+    /// The variables: parameters of the section, then movements of the box, then angles of attack.
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }
@@ -142,6 +146,22 @@ impl Geometry {
     /// Whether the shape is linear in the variables (no section parameter is one).
     pub fn is_linear(&self) -> bool {
         !self.variables.iter().any(|v| matches!(v.kind, VariableKind::Parameter(_)))
+    }
+
+    /// Number of variables of one kind.
+    fn count(&self, of_kind: impl Fn(VariableKind) -> bool) -> usize {
+        self.variables.iter().filter(|v| of_kind(v.kind)).count()
+    }
+
+    /// Number of section parameters among the variables, which come first.
+    fn parameter_variables(&self) -> usize {
+        self.count(|kind| matches!(kind, VariableKind::Parameter(_)))
+    }
+
+    /// Angles of attack among the variables (their own units), in radians.
+    pub(super) fn angles<S: Scalar>(&self, values: &[S]) -> Vec<S> {
+        let angles = self.count(|kind| kind == VariableKind::Angle);
+        values[values.len() - angles..].iter().map(|degrees| *degrees * 1f64.to_radians()).collect()
     }
 
     /// The constant frame of a linear geometry.
@@ -186,9 +206,10 @@ impl Geometry {
     ) {
         net.clear();
         net.resize(self.net.len(), [S::from(0.0); 2]);
+        let first = self.parameter_variables();
         for (row, displacement) in net.iter_mut().flatten().enumerate() {
             for (variable, weight) in frame.motion.row(row) {
-                *displacement += values[values.len() - frame.motion.inputs() + variable] * weight;
+                *displacement += values[first + variable] * weight;
             }
         }
         control_points.clear();
@@ -208,7 +229,7 @@ impl Geometry {
         let frame = self.frame(values)?;
         let (mut net, mut points) = (Vec::new(), Vec::new());
         self.deform(&frame, values, &mut net, &mut points);
-        Ok(Shape { section: frame.section.with_control_points(points)?, net })
+        Ok(Shape { section: frame.section.with_control_points(points)?, net, angles: self.angles(values) })
     }
 
     /// The shape and its derivatives at given variables (their own units).
@@ -228,7 +249,8 @@ impl Geometry {
         };
         let (mut net, mut points) = (Vec::new(), Vec::new());
         self.deform(frame, values, &mut net, &mut points);
-        let shape = Shape { section: frame.section.with_control_points(points)?, net };
+        let angles = self.angles(values);
+        let shape = Shape { section: frame.section.with_control_points(points)?, net, angles };
         Ok(LinearisedShape::new(shape, self.parameter_tangents(values)?, &frame.motion, &frame.weights))
     }
 
@@ -244,7 +266,7 @@ impl Geometry {
                 Ok(shape.section.curve().control_points().iter().chain(&shape.net).flatten().copied().collect())
             }
         }
-        let count = values.len() - self.motion.variables();
+        let count = self.parameter_variables();
         if count == 0 {
             return Ok(Vec::new());
         }

@@ -20,7 +20,7 @@ pub(super) struct Tangent {
 pub struct LinearisedShape {
     /// The shape at the given variables.
     pub shape: Shape<f64>,
-    /// For each section parameter among the variables, which come first.
+    /// For each section parameter among the variables, which come first; angles of attack come last and move nothing.
     parameters: Vec<Tangent>,
     /// Displacement components of the net (2 × control point + axis) → motion variables.
     motion: LinearMap,
@@ -36,11 +36,11 @@ impl LinearisedShape {
 
     /// Number of variables.
     pub fn variables(&self) -> usize {
-        self.parameters.len() + self.motion.outputs()
+        self.parameters.len() + self.motion.outputs() + self.shape.angles.len()
     }
 
-    /// The derivative of every control point of the section with respect to a variable, by its position; `None` beyond
-    /// the last one.
+    /// The derivative of every control point of the section with respect to a variable, by its position; zero for an
+    /// angle of attack, `None` beyond the last variable.
     pub fn section_tangent(&self, variable: usize) -> Option<Vec<[f64; 2]>> {
         if let Some(tangent) = self.parameters.get(variable) {
             return Some(tangent.section.clone());
@@ -54,8 +54,8 @@ impl LinearisedShape {
         Some(tangent)
     }
 
-    /// The derivative of every control point of the box with respect to a variable, by its position; `None` beyond the
-    /// last one.
+    /// The derivative of every control point of the box with respect to a variable, by its position; zero for an angle
+    /// of attack, `None` beyond the last variable.
     pub fn net_tangent(&self, variable: usize) -> Option<Vec<[f64; 2]>> {
         if let Some(tangent) = self.parameters.get(variable) {
             return Some(tangent.net.clone());
@@ -67,10 +67,16 @@ impl LinearisedShape {
         Some(tangent)
     }
 
-    /// Components of the net that a motion variable moves.
+    /// Components of the net that a variable of motion or an angle moves.
     fn moved(&self, variable: usize) -> Option<impl Iterator<Item = (usize, f64)> + '_> {
-        let row = variable.checked_sub(self.parameters.len()).filter(|row| *row < self.motion.outputs())?;
-        Some(self.motion.row(row))
+        let row = variable.checked_sub(self.parameters.len()).filter(|_| variable < self.variables())?;
+        let motion = (row < self.motion.outputs()).then(|| self.motion.row(row));
+        Some(motion.into_iter().flatten())
+    }
+
+    /// Which angle of attack a variable is, by its position among them.
+    pub(super) fn angle(&self, variable: usize) -> Option<usize> {
+        variable.checked_sub(self.parameters.len() + self.motion.outputs())
     }
 
     /// Derivatives of the section's control points for a range of variables.
@@ -78,8 +84,14 @@ impl LinearisedShape {
         variables.filter_map(|variable| self.section_tangent(variable)).collect()
     }
 
-    /// Carries slopes in the control points of section and net back to the variables; those of the net are used up.
-    pub(super) fn pull_back(&self, section_slope: &[[f64; 2]], net_slope: &mut [[f64; 2]]) -> Vec<f64> {
+    /// Carries slopes in the control points of section and net and in the angles of attack (per radian) back to the
+    /// variables; those of the net are used up.
+    pub(super) fn pull_back(
+        &self,
+        section_slope: &[[f64; 2]],
+        net_slope: &mut [[f64; 2]],
+        angle_slope: &[f64],
+    ) -> Vec<f64> {
         let dot =
             |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 { a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum() };
         let mut gradient: Vec<f64> = (self.parameters.iter())
@@ -90,6 +102,7 @@ impl LinearisedShape {
             let slopes = self.motion.row(variable).map(|(component, c)| net_slope[component / 2][component % 2] * c);
             gradient.push(slopes.fold(0.0, |sum, slope| sum + slope));
         }
+        gradient.extend(angle_slope.iter().map(|slope| slope * 1f64.to_radians()));
         gradient
     }
 }

@@ -156,11 +156,6 @@ impl BoxMotion {
         }
     }
 
-    /// Number of design variables.
-    pub fn variables(&self) -> usize {
-        self.variables.len()
-    }
-
     /// Names of the design variables: `dx[column,row]` or `dy[column,row]` of the control point that leads its group.
     pub fn names(&self) -> Vec<String> {
         let name = |group: &usize| {

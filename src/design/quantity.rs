@@ -100,8 +100,8 @@ impl Instruments {
             Quantity::FoldPenalty => self.penalty()?.value(&shape.net),
             Quantity::FoldIndicator { index, .. } => self.penalty()?.indicator_at(*index, &shape.net),
             Quantity::Measure(measure) => measure.evaluate(&shape.section)?,
-            Quantity::Flow(flow) => self.flow()?.value(flow, shape.section.curve().control_points())?,
-            Quantity::PressureError => self.pressures()?.pressure_error(shape.section.curve().control_points())?,
+            Quantity::Flow(flow) => self.flow()?.value(flow, shape.posed())?,
+            Quantity::PressureError => self.pressures()?.pressure_error(shape.posed())?,
             Quantity::Soft { quantity, limit } => limit.square(self.value(quantity, shape)?),
         };
         finite(quantity, value.re())?;

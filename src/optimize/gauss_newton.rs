@@ -2,11 +2,11 @@
 
 use super::box_quadratic::minimum_in_box;
 use super::cubic::{LineSample, cubic_minimum};
-use super::dense::refuse_size;
 use super::kkt::Iterate;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::scope::Scope;
 use super::settings::{Range, check_settings};
 use super::vector::norm;
 use super::verdict;
@@ -36,7 +36,8 @@ pub struct GaussNewton {
     /// Predicted relative decrease of the objective that counts as none.
     pub objective_tolerance: f64,
     /// Relative decrease of the objective over [`WINDOW`](Self::WINDOW) accepted steps below which the run has
-    /// converged.
+    /// converged. The objective is a square, so that the default of 0.02 stands for one per cent of the distance
+    /// from a target over ten steps.
     pub progress_tolerance: f64,
     /// Objective over that of the start below which slow progress ends the run: the root of it is the share of the
     /// distance from a target that is left.
@@ -80,6 +81,7 @@ const PATIENCE: usize = 20;
 impl GaussNewton {
     /// The name in case files.
     pub const NAME: &'static str = "gauss-newton";
+    pub(super) const SCOPE: Scope = Scope { method: Self::NAME, constraints: false, dense: true };
     /// Accepted steps over which progress is judged.
     pub const WINDOW: usize = 10;
 
@@ -109,8 +111,7 @@ impl Optimizer for GaussNewton {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
-        refuse_size(problem, Self::NAME)?;
-        refuse_constraints(problem, Self::NAME)?;
+        Self::SCOPE.admit(problem)?;
         let steps = problem.natural_steps().unwrap_or_else(|| vec![1.0; problem.description().start.len()]);
         let mut run = Run {
             settings: *self,
@@ -125,10 +126,7 @@ impl Optimizer for GaussNewton {
             steepest: 0.0,
         };
         let verdict = run.drive();
-        match run.ledger.unfit(Self::NAME) {
-            Some(error) => Err(error),
-            None => Ok(run.ledger.close(verdict)),
-        }
+        run.ledger.finish(Self::NAME, verdict)
     }
 }
 
@@ -187,10 +185,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn drive(&mut self) -> (Termination, String) {
-        let description = self.ledger.description();
-        let bounds = description.variable_bounds.iter();
-        let start =
-            description.start.iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect::<Vec<f64>>();
+        let start = self.ledger.start_in_bounds();
         let first = self.ledger.evaluate(&start).ok().and_then(|evaluation| self.expand(start, evaluation));
         let Some(mut point) = first else {
             return verdict::fails_at_start(self.ledger.last_failure());

@@ -243,12 +243,22 @@ impl<'a> Ledger<'a> {
         }
     }
 
-    /// The error to return instead of an outcome, if the problem turned out to be unfit.
-    pub(super) fn unfit(&self, method: &'static str) -> Option<OptimizeError> {
+    /// Closes the books, unless the problem turned out to be unfit for a method.
+    pub(super) fn finish(self, method: &'static str, verdict: (Termination, String)) -> Result<Outcome, OptimizeError> {
         if self.no_squares {
-            return Some(OptimizeError::NoSquares { method });
+            return Err(OptimizeError::NoSquares { method });
         }
-        self.no_hessian.then_some(OptimizeError::NoHessian { method })
+        if self.no_hessian {
+            return Err(OptimizeError::NoHessian { method });
+        }
+        Ok(self.close(verdict))
+    }
+
+    /// The start, within the bounds of the variables.
+    pub(super) fn start_in_bounds(&self) -> Vec<f64> {
+        let description = self.description();
+        let pairs = description.start.iter().zip(&description.variable_bounds);
+        pairs.map(|(x, b)| x.max(b.lower).min(b.upper)).collect()
     }
 }
 

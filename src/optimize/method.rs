@@ -1,11 +1,10 @@
 //! Any of the methods behind one type.
 
-use super::dense::refuse_size;
 use super::gauss_newton::GaussNewton;
 use super::lbfgs::Lbfgs;
 use super::newton::Newton;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, refuse_constraints};
+use super::outcome::{OptimizeError, Outcome, Progress};
 use super::slsqp::Slsqp;
 use super::sqp::Sqp;
 use crate::design::Problem;
@@ -52,13 +51,13 @@ impl Method {
     /// [`OptimizeError::ConstraintsNotSupported`], [`OptimizeError::TooManyVariables`].
     pub fn check_constraints(&self, problem: &dyn Problem) -> Result<(), OptimizeError> {
         match self {
-            Self::Lbfgs(_) => refuse_constraints(problem, self.name()),
-            Self::Newton(_) | Self::GaussNewton(_) => {
-                refuse_size(problem, self.name())?;
-                refuse_constraints(problem, self.name())
-            }
-            Self::Slsqp(_) | Self::Sqp(_) => refuse_size(problem, self.name()),
+            Self::Lbfgs(_) => Lbfgs::SCOPE,
+            Self::Newton(_) => Newton::SCOPE,
+            Self::GaussNewton(_) => GaussNewton::SCOPE,
+            Self::Slsqp(_) => Slsqp::SCOPE,
+            Self::Sqp(_) => Sqp::SCOPE,
         }
+        .admit(problem)
     }
 
     /// The limits of the run, to read or set.

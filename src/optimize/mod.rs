@@ -98,6 +98,8 @@ mod engineering;
 mod gauss_newton;
 mod history;
 mod identity;
+#[cfg(feature = "interior-point")]
+mod interior_point;
 mod journal;
 mod journaled;
 mod kkt;
@@ -109,6 +111,7 @@ mod newton;
 mod optimizer;
 mod outcome;
 mod redundancy;
+mod scope;
 mod settings;
 mod slsqp;
 mod sqp;
@@ -127,6 +130,8 @@ pub use engineering::engineering;
 pub use gauss_newton::GaussNewton;
 pub use history::{History, HistoryRow};
 pub use identity::Identity;
+#[cfg(feature = "interior-point")]
+pub use interior_point::InteriorPoint;
 pub use journal::{Answer, Journal, Record};
 pub use journaled::Journaled;
 pub(crate) use kkt::REACHED;

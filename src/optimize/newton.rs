@@ -2,10 +2,10 @@
 
 use super::bounded::Bounded;
 use super::cubic::{LineSample, cubic_minimum};
-use super::dense::refuse_size;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::scope::Scope;
 use super::settings::{Range, check_settings};
 use super::trust_region::QuadraticModel;
 use super::vector::norm;
@@ -73,6 +73,7 @@ const PATIENCE: usize = 20;
 impl Newton {
     /// The name in case files.
     pub const NAME: &'static str = "newton";
+    pub(super) const SCOPE: Scope = Scope { method: Self::NAME, constraints: false, dense: true };
     /// Accepted steps over which progress is judged.
     pub const WINDOW: usize = 25;
 
@@ -103,8 +104,7 @@ impl Optimizer for Newton {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
-        refuse_size(problem, Self::NAME)?;
-        refuse_constraints(problem, Self::NAME)?;
+        Self::SCOPE.admit(problem)?;
         let mut run = NewtonRun {
             settings: *self,
             problem: Bounded::new(Ledger::new(problem, observer, self.limits)),
@@ -115,11 +115,7 @@ impl Optimizer for Newton {
             accepted: Vec::new(),
         };
         let verdict = run.drive();
-        let ledger = run.problem.into_inner();
-        match ledger.unfit(Self::NAME) {
-            Some(error) => Err(error),
-            None => Ok(ledger.close(verdict)),
-        }
+        run.problem.into_inner().finish(Self::NAME, verdict)
     }
 }
 

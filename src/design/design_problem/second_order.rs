@@ -84,7 +84,7 @@ impl DesignProblem {
                     }
                 }
                 Quantity::PressureError => {
-                    let of_points = self.instruments.pressures()?.pressure_matrix(&self.work.points)?;
+                    let of_points = self.instruments.pressures()?.pressure_matrix(self.work.posed().0)?;
                     total += in_variables(&of_points, &tangents) * weight;
                 }
                 Quantity::Soft { quantity, limit } => {
@@ -170,12 +170,18 @@ impl DesignProblem {
     }
 }
 
-/// Second derivatives in the components of the section's control points → in the variables.
+/// Second derivatives in the components of the section's control points, and where there are more of them than that also in
+/// the angles of attack in radians → in the variables.
 fn in_variables(of_points: &DMatrix<f64>, tangents: &LinearisedShape) -> DMatrix<f64> {
     let mut columns = DMatrix::zeros(of_points.nrows(), tangents.variables());
     for (variable, tangent) in tangents.section_tangents(0..tangents.variables()).iter().enumerate() {
         for (row, component) in tangent.as_flattened().iter().enumerate() {
             columns[(row, variable)] = *component;
+        }
+        if let Some(angle) = tangents.angle(variable).map(|k| tangent.as_flattened().len() + k)
+            && angle < columns.nrows()
+        {
+            columns[(angle, variable)] = 1f64.to_radians();
         }
     }
     columns.tr_mul(&(of_points * &columns))

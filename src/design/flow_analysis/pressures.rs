@@ -3,7 +3,8 @@
 use super::FlowAnalysis;
 use crate::design::DesignError;
 use crate::design::pressure_target::{PressureError, PressureTarget};
-use crate::flow::Solution;
+use crate::design::shape::{Posed, PosedSlope};
+use crate::flow::{Derivatives, Solution};
 use crate::scalar::Scalar;
 use crate::section::Section;
 use nalgebra::DMatrix;
@@ -36,42 +37,44 @@ impl FlowAnalysis {
     }
 
     /// The error over any scalar that carries first derivatives at most.
-    pub(in crate::design) fn pressure_error<S: Scalar>(&self, control_points: &[[S; 2]]) -> Result<S, DesignError> {
+    pub(in crate::design) fn pressure_error<S: Scalar>(&self, shape: Posed<'_, S>) -> Result<S, DesignError> {
         if S::NDERIV > 1 {
             return Err(DesignError::FlowSecondOrder { name: CP_ERROR.into() });
         }
-        let with_slope = |real: &[[f64; 2]], slope: &mut [[f64; 2]]| self.pressure_error_and_slope(real, 1.0, slope);
-        super::taylor(control_points, with_slope)
+        super::taylor(shape, |real, slope| self.pressure_error_and_slope(real, 1.0, slope))
     }
 
-    /// The error; adds `factor` times its derivatives with respect to the control points to `slope`, unless that is
-    /// empty. One adjoint serves all nodes.
+    /// The error; adds `factor` times its derivatives to `slope` where they are wanted. One adjoint serves all nodes.
     pub(in crate::design) fn pressure_error_and_slope(
         &self,
-        control_points: &[[f64; 2]],
+        shape: Posed<'_>,
         factor: f64,
-        slope: &mut [[f64; 2]],
+        slope: &mut PosedSlope<'_>,
     ) -> Result<f64, DesignError> {
         let error = self.pressures()?;
-        let flows = self.flows(self.nodes(control_points));
+        let flows = self.flows(shape);
         let solution = flows.solutions[error.point()].as_ref().map_err(DesignError::clone)?;
         let (value, by_cp, mut by_node) = error.value_and_slopes(&flows.nodes, &solution.distributions().cp);
-        if slope.is_empty() {
+        if !slope.is_wanted() {
             return Ok(value);
         }
-        let through_flow = self.pressure_derivatives(solution, &[by_cp])?;
-        for (sum, own) in by_node.iter_mut().zip(&through_flow[0]) {
-            *sum = [factor * (sum[0] + own[0]), factor * (sum[1] + own[1])];
+        for through_flow in self.pressure_derivatives(solution, &[by_cp])? {
+            for (sum, own) in by_node.iter_mut().zip(&through_flow.nodes) {
+                *sum = [factor * (sum[0] + own[0]), factor * (sum[1] + own[1])];
+            }
+            if let Some(angle) = self.points[error.point()].angle {
+                slope.angles[angle] += factor * through_flow.alpha;
+            }
         }
-        self.map.add_transposed_to(&by_node, slope);
+        self.map.add_transposed_to(&by_node, slope.points);
         Ok(value)
     }
 
     /// The Gauss-Newton matrix `2 Σ ∇r ∇rᵀ` of the residuals at the nodes, in the components of the control points (2 ×
-    /// control point + axis). It takes an adjoint for every node, six at a time.
-    pub(in crate::design) fn pressure_matrix(&self, control_points: &[[f64; 2]]) -> Result<DMatrix<f64>, DesignError> {
+    /// control point + axis) and behind them in the angles of attack. It takes an adjoint for every node, six at a time.
+    pub(in crate::design) fn pressure_matrix(&self, shape: Posed<'_>) -> Result<DMatrix<f64>, DesignError> {
         let error = self.pressures()?;
-        let flows = self.flows(self.nodes(control_points));
+        let flows = self.flows(shape);
         let solution = flows.solutions[error.point()].as_ref().map_err(DesignError::clone)?;
         let rows = error.rows(&flows.nodes, &solution.distributions().cp);
         let of_node = |&(node, [by_cp, ..]): &(usize, [f64; 3])| {
@@ -80,26 +83,25 @@ impl FlowAnalysis {
             weights
         };
         let weights: Vec<Vec<f64>> = rows.iter().map(of_node).collect();
-        let mut jacobian = DMatrix::zeros(rows.len(), 2 * control_points.len());
+        let components = 2 * shape.points.len();
+        let mut jacobian = DMatrix::zeros(rows.len(), components + shape.angles.len());
         let through_flow = self.pressure_derivatives(solution, &weights)?;
-        for (r, ((node, [_, by_x, by_y]), mut by_node)) in rows.into_iter().zip(through_flow).enumerate() {
-            by_node[node][0] += by_x;
-            by_node[node][1] += by_y;
-            let mut row = vec![[0.0; 2]; control_points.len()];
-            self.map.add_transposed_to(&by_node, &mut row);
+        for (r, ((node, [_, by_x, by_y]), mut by)) in rows.into_iter().zip(through_flow).enumerate() {
+            by.nodes[node][0] += by_x;
+            by.nodes[node][1] += by_y;
+            let mut row = vec![[0.0; 2]; shape.points.len()];
+            self.map.add_transposed_to(&by.nodes, &mut row);
             row.as_flattened().iter().enumerate().for_each(|(k, slope)| jacobian[(r, k)] = *slope);
+            if let Some(angle) = self.points[error.point()].angle {
+                jacobian[(r, components + angle)] = by.alpha;
+            }
         }
         Ok(jacobian.tr_mul(&jacobian) * 2.0)
     }
 
-    /// Derivatives of weighted sums of the pressures with respect to the nodes, by whatever the operating point holds.
-    fn pressure_derivatives(
-        &self,
-        solution: &Solution,
-        weights: &[Vec<f64>],
-    ) -> Result<Vec<Vec<[f64; 2]>>, DesignError> {
+    /// Derivatives of weighted sums of the pressures, by whatever the operating point holds.
+    fn pressure_derivatives(&self, solution: &Solution, weights: &[Vec<f64>]) -> Result<Vec<Derivatives>, DesignError> {
         let found = solution.pressure_derivatives(weights);
-        let found = found.ok_or_else(|| DesignError::NotFinite { name: CP_ERROR.into() })?;
-        Ok(found.into_iter().map(|by| by.nodes).collect())
+        found.ok_or_else(|| DesignError::NotFinite { name: CP_ERROR.into() })
     }
 }

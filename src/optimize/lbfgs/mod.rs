@@ -13,7 +13,7 @@ mod settings;
 pub use settings::Lbfgs;
 
 use super::optimizer::Optimizer;
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check, refuse_constraints};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
 use crate::design::Problem;
 use argmin::core::Executor;
 use argmin::solver::quasinewton::LBFGS;
@@ -34,7 +34,7 @@ impl Optimizer for Lbfgs {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
-        refuse_constraints(problem, Self::NAME)?;
+        Self::SCOPE.admit(problem)?;
         let run = RefCell::new(LbfgsRun::new(*self, problem, observer));
         let verdict = drive(&run);
         Ok(run.into_inner().problem.into_inner().close(verdict))

@@ -3,6 +3,7 @@
 use super::super::optimizer::Limits;
 use super::super::outcome::OptimizeError;
 use super::super::settings::{Range, check_settings};
+use crate::optimize::scope::Scope;
 
 /// Limited-memory BFGS with restarts, for problems without constraints.
 ///
@@ -52,6 +53,7 @@ impl Default for Lbfgs {
 impl Lbfgs {
     /// The name in case files.
     pub const NAME: &'static str = "lbfgs";
+    pub(in crate::optimize) const SCOPE: Scope = Scope { method: Self::NAME, constraints: false, dense: false };
 
     pub(super) fn check(&self) -> Result<(), OptimizeError> {
         check_settings(

@@ -44,9 +44,7 @@ impl<'a> SlsqpRun<'a> {
 
     /// Evaluates the start, moved into its bounds, and chooses the scales of objective and constraints there.
     pub fn begin(&mut self) -> Result<Iterate, AnalysisFailure> {
-        let bounds = &self.ledger.description().variable_bounds;
-        let x: Vec<f64> =
-            self.ledger.description().start.iter().zip(bounds).map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
+        let x = self.ledger.start_in_bounds();
         let point = self.point(&x)?;
         let evaluation = &point.evaluation;
         let slope = norm(&evaluation.gradient);

@@ -11,11 +11,11 @@ use super::kkt::Iterate;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
 use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::scope::Scope;
 use super::settings::{Range, check_settings};
 use super::verdict as report;
 use super::watch::{Ending, Watch};
 use crate::design::Problem;
-use crate::optimize::dense::refuse_size;
 use basin::{SelectedFirstOrderState, SlsqpFailure, Solver, State};
 use bridge::{BasinProblem, SlsqpRun};
 use std::cell::RefCell;
@@ -64,6 +64,7 @@ impl Default for Slsqp {
 impl Slsqp {
     /// The name in case files.
     pub const NAME: &'static str = "slsqp";
+    pub(super) const SCOPE: Scope = Scope { method: Self::NAME, constraints: true, dense: true };
 
     fn check(&self) -> Result<(), OptimizeError> {
         check_settings(
@@ -91,7 +92,7 @@ impl Optimizer for Slsqp {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
-        refuse_size(problem, Self::NAME)?;
+        Self::SCOPE.admit(problem)?;
         let ledger = Ledger::new(problem, observer, self.limits);
         let ledger = ledger.feasible_within(self.feasibility_tolerance).measured();
         let run = RefCell::new(SlsqpRun::new(ledger, self.first_step));

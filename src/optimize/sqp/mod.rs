@@ -34,11 +34,11 @@ mod trial;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
 use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::scope::Scope;
 use super::settings::{Range, check_settings};
 use super::verdict;
 use super::watch::{Ending, Watch};
 use crate::design::Problem;
-use crate::optimize::dense::refuse_size;
 use finish::{restore, retreat, settle};
 use frame::Frame;
 use state::SqpRun;
@@ -85,6 +85,7 @@ impl Default for Sqp {
 impl Sqp {
     /// The name in case files.
     pub const NAME: &'static str = "sqp";
+    pub(super) const SCOPE: Scope = Scope { method: Self::NAME, constraints: true, dense: true };
 
     /// Violation of a constraint that says it cannot be met, rather than that it was not met so closely.
     fn missed(&self) -> f64 {
@@ -118,7 +119,7 @@ impl Optimizer for Sqp {
     ) -> Result<Outcome, OptimizeError> {
         self.check()?;
         check(problem)?;
-        refuse_size(problem, Self::NAME)?;
+        Self::SCOPE.admit(problem)?;
         let ledger = Ledger::new(problem, observer, self.limits);
         let mut ledger = ledger.feasible_within(self.feasibility_tolerance).measured();
         let verdict = solve(&mut ledger, self);
@@ -130,9 +131,7 @@ impl Optimizer for Sqp {
 const NEARLY_MET: f64 = 3e-3;
 
 fn begin(ledger: &mut Ledger<'_>, settings: &Sqp) -> Result<SqpRun, (Termination, String)> {
-    let description = ledger.description();
-    let pairs = description.start.iter().zip(&description.variable_bounds);
-    let start: Vec<f64> = pairs.map(|(x, b)| x.max(b.lower).min(b.upper)).collect();
+    let start = ledger.start_in_bounds();
     let frame = Frame::new(ledger);
     let evaluation = ledger.evaluate(&start).map_err(|failure| verdict::fails_at_start(&failure.reason))?;
     Ok(SqpRun::new(ledger, frame, &start, evaluation).stepping(settings.first_step, settings.radius))
@@ -202,4 +201,48 @@ fn afresh(run: &mut SqpRun, settings: &Sqp, missed_by: &mut f64) -> bool {
     *missed_by = violation;
     run.begin_again(settings.first_step, settings.radius);
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::differentiate::VectorFunction;
+    use crate::optimize::testcases::Constrained;
+    use crate::scalar::Scalar;
+    use std::convert::Infallible;
+
+    /// `x² + y²` where `x + y` has to be 2.
+    struct Far;
+
+    impl VectorFunction for Far {
+        type Error = Infallible;
+        fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, Infallible> {
+            Ok(vec![x[0] * x[0] + x[1] * x[1], x[0] + x[1]])
+        }
+    }
+
+    #[test]
+    fn a_run_begins_afresh_where_constraints_are_missed_and_only_while_that_helps() {
+        let settings = Sqp::default();
+        let mut problem = Constrained::new(Far, &[0.5, 0.5], &[(2.0, f64::INFINITY)]);
+        let mut observer = |_: &Progress<'_>| ControlFlow::Continue(());
+        let mut ledger = Ledger::new(&mut problem, &mut observer, Limits::default());
+        let Ok(mut run) = begin(&mut ledger, &settings) else { panic!("no start") };
+        let mut missed_by = f64::INFINITY;
+        (run.radius, run.price, run.relaxed, run.funnel) = (1e-3, 1e6, 2, 1e-2);
+        run.rows.iter_mut().for_each(|row| (row.margin, row.weight) = (0.1, 5.0));
+        assert!(afresh(&mut run, &settings, &mut missed_by));
+        assert_eq!((missed_by, run.radius, run.price, run.relaxed), (1.0, settings.radius, 0.0, 0));
+        assert!(run.funnel >= 1.0 && run.rows.iter().all(|row| (row.margin, row.weight) == (0.0, 0.0)));
+        // another time only where a tenth of the violation has gone since
+        assert!(!afresh(&mut run, &settings, &mut missed_by));
+        run.point.violation = 0.91;
+        assert!(!afresh(&mut run, &settings, &mut missed_by));
+        run.point.violation = 0.89;
+        assert!(afresh(&mut run, &settings, &mut missed_by));
+        assert_eq!(missed_by, 0.89);
+        // what is met as closely as it is asked for needs no fresh start
+        run.point.violation = 1e-7;
+        assert!(!afresh(&mut run, &settings, &mut missed_by));
+    }
 }

@@ -79,3 +79,40 @@ pub(super) fn rows(bounds: &[Bounds], frame: &Frame, start: &Evaluation) -> Vec<
 pub(super) fn short(values: &[f64]) -> f64 {
     values.iter().map(|v| (-v).max(0.0)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The margin that is left of 0.05 after a step of some length to a point this far from the bound.
+    fn left(margin: f64, length: f64, distance: f64) -> f64 {
+        let side = ConstraintRow { constraint: 0, bound: 2.0, factor: -0.5 };
+        let mut row = Row { side, margin, weight: 1.0 };
+        let evaluation = Evaluation {
+            objective: 0.0,
+            gradient: vec![0.0],
+            constraints: vec![2.0 - 2.0 * distance],
+            jacobian: vec![vec![1.0]],
+            values: vec![],
+        };
+        row.narrow(length, &evaluation);
+        row.margin
+    }
+
+    #[test]
+    fn a_margin_shrinks_and_is_capped_by_half_of_the_room_that_was_found() {
+        // plenty of room, none found yet, half of the margin found
+        assert!((left(0.05, 1.0, 0.3) - 0.7 * 0.05).abs() < 1e-15);
+        assert!((left(0.05, 1.0, -0.3) - 0.7 * 0.05).abs() < 1e-15);
+        assert!((left(0.05, 1.0, 0.02) - 0.7 * 0.01).abs() < 1e-15);
+        // at the bound itself there is no room at all
+        assert_eq!(left(0.05, 1.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn a_margin_is_dropped_where_steps_are_short_or_it_is_next_to_nothing() {
+        assert_eq!(left(0.05, 0.04, 0.3), 0.0);
+        assert_eq!(left(0.9e-4, 1.0, 0.3), 0.0);
+        assert!(left(1.1e-4, 1.0, 0.3) > 0.0);
+    }
+}

@@ -114,3 +114,7 @@ fn judge(run: &SqpRun, proposal: &Proposal, x: &[f64], evaluation: &Evaluation) 
     let relaxed = downhill && lower >= ENOUGH_LOWER * proposal.lower && run.relaxed < MOST_RELAXED;
     relaxed.then(|| (lower / proposal.lower, true))
 }
+
+#[cfg(test)]
+#[path = "trial_tests.rs"]
+mod tests;
