@@ -68,9 +68,19 @@ pub(super) struct WallStations<S> {
     pub total: S,
 }
 
-/// Weight of the shift of a fraction.
-fn shift_weight(fraction: f64) -> f64 {
-    fraction * (1.0 - fraction).powi(3)
+/// Weight of the shift of a fraction, for a side that turns turbulent at the fraction `turning`.
+///
+/// The weight is largest near the nose, so that the shift leaves the edge alone, and no larger than a few times that at
+/// `turning`: a side that turns close to the edge would otherwise have all its other stations moved past each other.
+fn shift_weight(fraction: f64, turning: f64) -> f64 {
+    fraction * (1.0 - fraction).powf((turning.recip() - 1.0).clamp(1.0, 3.0))
+}
+
+/// Fractions of the length of a side at which its stations stand, shifted so that one stands at `transition`.
+fn shifted<S: Scalar>(stations: &Stations, side: Side, transition: S) -> Vec<S> {
+    let turning = stations.fractions[stations.turning[side.index()]];
+    let shift = (transition - turning) / shift_weight(turning, turning);
+    stations.fractions.iter().map(|&f| shift * shift_weight(f, turning) + f).collect()
 }
 
 impl<S: Scalar> WallStations<S> {
@@ -90,10 +100,9 @@ impl<S: Scalar> WallStations<S> {
         for side in Side::BOTH {
             let k = side.index();
             let length = side.length(stagnation, curve.total());
-            let turning = stations.fractions[stations.turning[k]];
-            let shift = (transition[k] / length - turning) / shift_weight(turning);
-            for &fraction in &stations.fractions {
-                let arc = (shift * shift_weight(fraction) + fraction) * length;
+            let places = shifted(stations, side, transition[k] / length);
+            for (&fraction, place) in stations.fractions.iter().zip(places) {
+                let arc = place * length;
                 let at_edge = fraction == 1.0;
                 let index =
                     if at_edge { S::from(curve.edge_index(side)) } else { curve.index(side.place(stagnation, arc)) };
@@ -236,4 +245,22 @@ pub(super) fn column<S: Scalar>(
         });
     }
     nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::grading::Size;
+    use super::*;
+
+    #[test]
+    fn stations_stay_in_order_wherever_a_side_turns_turbulent() {
+        let size = Size { wall: 60, ahead: 16, behind: 17, tubes: 14 };
+        for k in 1..=97 {
+            let transition = 0.01 * f64::from(k);
+            let stations = Stations::new(size, [transition, 0.1]);
+            let places = shifted(&stations, Side::Upper, transition);
+            assert!((places[stations.turning[0]] - transition).abs() < 1e-12);
+            assert!(places.windows(2).all(|w| w[1] - w[0] > 1e-3), "{transition}: {places:?}");
+        }
+    }
 }
