@@ -52,7 +52,7 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
     check_closed(&points)?;
     let mut map = UNCHANGED;
     let mut mend = Mend { lie: Lie::level(), step, repairs };
-    // one repair may call for another; what comes out must need none
+    // one repair may call for another; what comes out must need none, and be read again as it is
     for _ in 0..ROUNDS {
         let (before, recorded) = (points.clone(), mend.repairs.clone());
         let extent = extent(&points);
@@ -60,7 +60,8 @@ pub(super) fn assemble(listing: Listing) -> Result<Outline, CoordinateError> {
         mend.lie = lie;
         map = [0, 1].map(|row| [0, 1].map(|column| (0..2).map(|k| change[row][k] * map[k][column]).sum()));
         let trailing_edge = mend.round(&mut points)?;
-        if points == before && mend.repairs == recorded {
+        let joined = join_surfaces(&points, None, &[]);
+        if points == before && mend.repairs == recorded && joined == points {
             let Some((i, j, [x, y])) = polygon_crossing(&points) else {
                 if let Some(turn) = lie.upright() {
                     mend.repairs.push(Repair::Upright { turn });
