@@ -47,7 +47,7 @@ pub(super) struct PolarArguments {
 /// Most points of a sweep.
 const MOST_POINTS: usize = 10_000;
 
-/// What is asked for at a point of a sweep.
+/// The condition that is asked for at a point of a sweep.
 #[derive(Clone, Copy)]
 struct Place {
     mach: f64,

@@ -197,7 +197,7 @@ pub(crate) struct FlowAnalysis {
 #[derive(Debug)]
 struct Home {
     nodes: Vec<[f64; 2]>,
-    /// Its flows, one per operating point; `None` where there is none.
+    /// Flows of the design, one per operating point; `None` where there is none.
     solutions: OnceLock<Vec<Option<Solution>>>,
 }
 
