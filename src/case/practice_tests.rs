@@ -243,3 +243,22 @@ fn faulty_targets_are_refused_with_their_key() {
     assert!(error.message.contains("positive") && error.line == Some(17), "{error}");
     assert!(parse(&boxed("[objective]\n"), Path::new("")).unwrap_err().message.contains("nothing to minimise"));
 }
+
+#[test]
+fn a_lift_that_is_held_is_reached_or_the_flow_has_failed() {
+    // transition runs along the lower side at about 1.65 degrees, where the lift does not grow with the angle
+    let names = ["upper_0", "upper_1", "upper_2", "upper_3", "lower_0", "lower_1", "lower_2", "lower_3"];
+    let place = [0.225_52, 0.166_62, 0.474_92, 0.194_21, -0.044_98, -0.108_79, -0.038_92, -0.090_58];
+    let start: Vec<String> = names.iter().zip(place).map(|(name, value)| format!("{name} = {value}")).collect();
+    let case = case(&format!(
+        "name = \"x\"\n[section]\nkulfan = {{ upper = [0.2, 0.25, 0.22, 0.25], lower = [-0.16, -0.1, -0.1, -0.05] }}\n\
+         [variables]\nparameters = {names:?}\nstart = {{ {} }}\n[flow]\ncl = 0.6\nreynolds = 3e6\n\
+         [objective]\nminimize = {{ cd = 1.0 }}\n[report]\nvalues = [\"cl\"]\n",
+        start.join(", ")
+    ));
+    let values = case.evaluate(&case.problem.start_values()).unwrap().values;
+    match &values[1] {
+        Ok(lift) => assert!((lift - 0.6).abs() < 1e-8, "{lift}"),
+        Err(error) => assert!(error.to_string().contains("0.6 is not reached"), "{error}"),
+    }
+}

@@ -12,6 +12,7 @@ use crate::flow::condition::{Condition, Settings};
 use crate::flow::layer::{Layout, Unknowns};
 use crate::flow::solution::{Attempt, Solution, Status};
 use crate::flow::surface::spline::invert;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Largest number of solutions on the way to a prescribed lift coefficient.
@@ -141,6 +142,7 @@ impl Request<'_> {
             None => (self.inviscid_angle(lift), None),
         };
         angle = angle.clamp(-LARGEST_ANGLE, LARGEST_ANGLE);
+        let mut misled = false;
         for _ in 0..=LIFT_STEPS {
             let last = self.at(angle, unknowns.take());
             let missed = last.lift() - lift;
@@ -148,8 +150,15 @@ impl Request<'_> {
                 return Ok(last);
             }
             let slope = if last.converged { last.record.lift_slope() } else { None };
-            // past the largest lift the slope leads astray
-            let Some(slope) = slope.filter(|slope| *slope > 0.0) else { return Err(Box::new(last)) };
+            // past the largest lift the slope leads astray; where transition runs along a side it does so at one angle
+            let slope = match slope {
+                Some(slope) if slope > 0.0 => slope,
+                Some(_) if !misled => {
+                    misled = true;
+                    TAU
+                }
+                _ => return Err(Box::new(last)),
+            };
             angle -= (missed / slope).clamp(-LIFT_REACH, LIFT_REACH);
             if angle.abs() > LARGEST_ANGLE {
                 return Err(Box::new(last));
@@ -201,12 +210,22 @@ impl Request<'_> {
             }
         }
         if !best.is_reliable() {
-            return self.report(last);
+            return self.report_missed(lift, last);
         }
         // a lift that fell at the end had its largest value
         let ended = ended.filter(|_| at.0 == best.angle());
         let (largest, alpha) = (best.lift(), self.nodes.frame.alpha(best.angle()));
         Solution { status: Status::LiftOutOfReach { wanted: lift, largest, alpha, ended }, ..self.report(best) }
+    }
+
+    /// A state that Newton's method on the angle ended with; one that is a flow has another lift than the wanted one.
+    fn report_missed(&self, lift: f64, last: Ended) -> Solution {
+        if !last.converged {
+            return self.report(last);
+        }
+        let (largest, alpha) = (last.lift(), self.nodes.frame.alpha(last.angle()));
+        let ended = Some("not found at this lift".to_owned());
+        Solution { status: Status::LiftOutOfReach { wanted: lift, largest, alpha, ended }, ..self.report(last) }
     }
 
     fn stream(&self) -> Stream {
