@@ -102,6 +102,13 @@ pub trait Problem {
     fn gauss_newton(&mut self, _x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         None
     }
+    /// Where the objective is a sum of squares `Σ r²`: `2 Σ ∇r r″` (length n) with the second derivatives r″ of the
+    /// residuals along `step` (length n) at `x`. A step that follows the Gauss-Newton matrix can be bent by it so that
+    /// the residuals go straight. `None`, the default, where the problem does not know it; residuals without known
+    /// curvature count as straight.
+    fn residual_curvature(&mut self, _x: &[f64], _step: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
     /// A symmetric positive definite matrix M (n × n) that measures steps: a second-order model is trusted for steps
     /// `s` with `sᵀ M s` up to some square radius. `None`, the default, is the identity.
     fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
@@ -134,6 +141,10 @@ impl<P: Problem + ?Sized> Problem for &mut P {
 
     fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         (**self).gauss_newton(x)
+    }
+
+    fn residual_curvature(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        (**self).residual_curvature(x, step)
     }
 
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {

@@ -15,6 +15,7 @@ use closest::Closest;
 use equal::EqualParameters;
 use nalgebra::DMatrix;
 pub use norm::ShapeNorm;
+use num_dual::Dual2_64;
 
 /// The shape error against one target, prepared for curves on one knot vector.
 ///
@@ -130,6 +131,21 @@ impl ShapeError<f64> {
             Comparison::Closest(closest) => closest.add_gauss_newton(control_points, &mut matrix),
         }
         Some(matrix)
+    }
+
+    /// Adds `factor` times `2 Σ ∇r r″` to `gradient`: of each residual r its derivative with respect to the control
+    /// points, times its second derivative along the motion that `control_points` carry. `None` for the norms at equal
+    /// parameters, whose residuals do not bend.
+    pub(super) fn add_curvature(
+        &self,
+        control_points: &[[Dual2_64; 2]],
+        factor: f64,
+        gradient: &mut [[f64; 2]],
+    ) -> Option<()> {
+        match &self.comparison {
+            Comparison::Equal(_) => None,
+            Comparison::Closest(closest) => closest.add_curvature(control_points, factor, gradient),
+        }
     }
 
     /// The distances between a shape and the target; `None` where the norm compares equal parameters.

@@ -5,6 +5,7 @@ use crate::differentiate::{VectorFunction, jacobian};
 use crate::optimize::{Journaled, Termination};
 use crate::scalar::Scalar;
 use approx::assert_relative_eq;
+use num_dual::Dual2_64;
 use std::convert::Infallible;
 
 /// A sum of squares of residuals whose Jacobian comes from dual numbers.
@@ -12,6 +13,8 @@ struct Squares<F> {
     residuals: F,
     description: ProblemDescription,
     fails: fn(&[f64]) -> bool,
+    /// Whether the curvature of the residuals is told.
+    bends: bool,
 }
 
 impl<F: VectorFunction<Error = Infallible>> Squares<F> {
@@ -22,7 +25,7 @@ impl<F: VectorFunction<Error = Infallible>> Squares<F> {
             variable_bounds: vec![Bounds { lower: bounds.0, upper: bounds.1 }; start.len()],
             ..ProblemDescription::default()
         };
-        Self { residuals, description, fails: |_| false }
+        Self { residuals, description, fails: |_| false, bends: false }
     }
 }
 
@@ -48,6 +51,13 @@ impl<F: VectorFunction<Error = Infallible>> Problem for Squares<F> {
     fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         let Ok((_, matrix)) = jacobian(&self.residuals, x);
         Some(Ok(matrix.tr_mul(&matrix) * 2.0))
+    }
+    fn residual_curvature(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        let along: Vec<Dual2_64> = x.iter().zip(step).map(|(x, s)| Dual2_64::new(*x, *s, 0.0)).collect();
+        let Ok(residuals) = self.residuals.evaluate(&along);
+        let Ok((_, matrix)) = jacobian(&self.residuals, x);
+        let second = DVector::from_iterator(residuals.len(), residuals.iter().map(|r| r.v2));
+        self.bends.then(|| (matrix.tr_mul(&second) * 2.0).as_slice().to_vec())
     }
 }
 
@@ -133,6 +143,37 @@ fn steep_walls_do_not_shorten_the_way_along_a_curved_valley() {
         let pair = ends.windows(2).any(|w| w[0].0 == w[1].0 && w[1].1 < w[0].1);
         assert!(pair, "{ends:?}");
     }
+}
+
+/// A valley along a circle, whose floor falls slowly towards the point (0, 1).
+struct Ring;
+impl VectorFunction for Ring {
+    type Error = Infallible;
+    fn evaluate<S: Scalar>(&self, x: &[S]) -> Result<Vec<S>, Infallible> {
+        let radius = (x[0] * x[0] + x[1] * x[1]).sqrt();
+        Ok(vec![(radius - 1.0) * 1e3, x[0] * 0.1, (x[1] - 1.0) * 0.1])
+    }
+}
+
+#[test]
+fn a_step_that_is_bent_follows_a_curved_valley() {
+    let exact =
+        GaussNewton { objective_tolerance: 1e-9, progress_tolerance: 0.0, match_tolerance: 0.0, ..Default::default() };
+    let [straight, bent] = [false, true].map(|bends| {
+        let mut problem = Squares::new(Ring, &[0.6, -0.8], FREE);
+        problem.bends = bends;
+        let outcome = run(&exact, &mut problem);
+        assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+        assert!(outcome.x[0].abs() < 1e-4 && (outcome.x[1] - 1.0).abs() < 1e-4, "{:?}", outcome.x);
+        outcome.evaluations
+    });
+    assert!(bent < straight, "{bent} {straight}");
+    // bounds are met by bent steps as well
+    let mut problem = Squares::new(Ring, &[0.6, -0.8], (-2.0, 0.5));
+    problem.bends = true;
+    let outcome = run(&exact, &mut problem);
+    assert_eq!(outcome.status, Termination::Converged, "{}", outcome.message);
+    assert!(outcome.x.iter().all(|x| *x <= 0.5), "{:?}", outcome.x);
 }
 
 #[test]

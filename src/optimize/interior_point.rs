@@ -6,9 +6,9 @@
 use super::kkt::Iterate;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination};
 use super::scope::Scope;
-use super::settings::{Range, check_settings};
+use super::settings::Setting;
 use super::verdict;
 use crate::design::{Evaluation, Problem, ProblemDescription};
 use pounce_rs::prelude::{
@@ -56,16 +56,9 @@ impl InteriorPoint {
     pub const NAME: &'static str = "interior-point";
     pub(super) const SCOPE: Scope = Scope { method: Self::NAME, constraints: true, dense: true };
 
-    fn check(&self) -> Result<(), OptimizeError> {
-        check_settings(
-            Self::NAME,
-            self.limits,
-            &[
-                ("memory", self.memory as f64, Range::AtLeastOne),
-                ("optimality_tolerance", self.optimality_tolerance, Range::NotNegative),
-                ("feasibility_tolerance", self.feasibility_tolerance, Range::Positive),
-            ],
-        )
+    fn settings(&self) -> [Setting; 3] {
+        let [optimality, feasibility] = Setting::of_constraints(self.optimality_tolerance, self.feasibility_tolerance);
+        [optimality, feasibility, Setting::count("memory", self.memory)]
     }
 }
 
@@ -79,9 +72,7 @@ impl Optimizer for InteriorPoint {
         problem: &mut dyn Problem,
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
-        self.check()?;
-        check(problem)?;
-        Self::SCOPE.admit(problem)?;
+        Self::SCOPE.check(problem, self.limits, &self.settings())?;
         let ledger = Ledger::new(problem, observer, self.limits);
         let mut ledger = ledger.feasible_within(self.feasibility_tolerance).measured();
         let verdict = solve(&mut ledger, self);

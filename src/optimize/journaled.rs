@@ -204,6 +204,10 @@ impl<P: Problem> Problem for Journaled<P> {
         self.inner.metric(x)
     }
 
+    fn residual_curvature(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        self.inner.residual_curvature(x, step)
+    }
+
     fn natural_steps(&self) -> Option<Vec<f64>> {
         self.inner.natural_steps()
     }

@@ -407,6 +407,11 @@ impl Problem for Ledger<'_> {
         Some(result.inspect_err(|failure| self.last_failure.clone_from(&failure.reason)))
     }
 
+    fn residual_curvature(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        let fits = |sum: &Vec<f64>| sum.len() == x.len() && sum.iter().all(|v| v.is_finite());
+        self.problem.residual_curvature(x, step).filter(fits)
+    }
+
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         let fits = |m: &DMatrix<f64>| m.shape() == (x.len(), x.len()) && m.iter().all(|v| v.is_finite());
         self.problem.metric(x).filter(fits)

@@ -4,9 +4,9 @@ use super::bounded::Bounded;
 use super::cubic::{LineSample, cubic_minimum};
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination};
 use super::scope::Scope;
-use super::settings::{Range, check_settings};
+use super::settings::Setting;
 use super::trust_region::QuadraticModel;
 use super::vector::norm;
 use super::verdict;
@@ -77,18 +77,14 @@ impl Newton {
     /// Accepted steps over which progress is judged.
     pub const WINDOW: usize = 25;
 
-    fn check(&self) -> Result<(), OptimizeError> {
-        check_settings(
-            Self::NAME,
-            self.limits,
-            &[
-                ("objective_tolerance", self.objective_tolerance, Range::NotNegative),
-                ("gradient_tolerance", self.gradient_tolerance, Range::NotNegative),
-                ("progress_tolerance", self.progress_tolerance, Range::NotNegative),
-                ("first_radius", self.first_radius, Range::Positive),
-                ("largest_radius", self.largest_radius, Range::Positive),
-            ],
-        )
+    fn settings(&self) -> [Setting; 5] {
+        [
+            Setting::tolerance("objective_tolerance", self.objective_tolerance),
+            Setting::tolerance("gradient_tolerance", self.gradient_tolerance),
+            Setting::tolerance("progress_tolerance", self.progress_tolerance),
+            Setting::positive("first_radius", self.first_radius),
+            Setting::positive("largest_radius", self.largest_radius),
+        ]
     }
 }
 
@@ -102,9 +98,7 @@ impl Optimizer for Newton {
         problem: &mut dyn Problem,
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
-        self.check()?;
-        check(problem)?;
-        Self::SCOPE.admit(problem)?;
+        Self::SCOPE.check(problem, self.limits, &self.settings())?;
         let mut run = NewtonRun {
             settings: *self,
             problem: Bounded::new(Ledger::new(problem, observer, self.limits)),

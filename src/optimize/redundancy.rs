@@ -51,6 +51,12 @@ pub(super) fn redundant(problem: &dyn Problem, point: &Iterate) -> Vec<(usize, R
     found
 }
 
+/// The constraints that no free variable changes.
+pub(super) fn constant(problem: &dyn Problem, point: &Iterate) -> Vec<usize> {
+    let found = redundant(problem, point).into_iter();
+    found.filter(|(_, kind)| *kind == Redundancy::Constant).map(|(k, _)| k).collect()
+}
+
 /// The redundant constraints in words, with a space before; empty where there are none.
 pub(super) fn in_words(problem: &dyn Problem, point: &Iterate) -> String {
     let names = &problem.description().constraint_names;
@@ -102,6 +108,20 @@ mod tests {
         assert_eq!(outcome.multipliers[2], 0.0);
         assert!(outcome.message.contains("Nothing that is free changes c2"), "{}", outcome.message);
         assert!(outcome.message.contains("Redundant beside the other equalities: c1"), "{}", outcome.message);
+    }
+
+    #[test]
+    fn a_constraint_that_nothing_changes_and_that_is_not_met_is_named() {
+        let limits = [(1.0, 1.0), (3.0, 3.0), (0.01, 0.02), (0.5, 0.5)];
+        let outcome = run(&Sqp::default(), &mut Constrained::new(Tied, &[1.0, 2.0, 3.0], &limits));
+        assert_eq!(outcome.status, Termination::Infeasible, "{}", outcome.message);
+        let words = "c2 is 0.005, 5.0e-3 off the minimum 0.01 (nothing that is free changes it). Relax";
+        assert!(outcome.message.contains(words), "{}", outcome.message);
+        // one that another stands against is no such
+        let limits = [(1.0, 1.0), (6.0, 6.0), (0.005, 0.005), (0.5, 0.5)];
+        let outcome = run(&Sqp::default(), &mut Constrained::new(Tied, &[1.0, 2.0, 3.0], &limits));
+        assert_eq!(outcome.status, Termination::Infeasible, "{}", outcome.message);
+        assert!(outcome.message.contains("; they stand against each other. Relax"), "{}", outcome.message);
     }
 
     #[test]

@@ -1,7 +1,9 @@
-//! The problems that a method takes.
+//! The problems and settings that a method takes.
 
 use super::dense::refuse_size;
-use super::outcome::{OptimizeError, refuse_constraints};
+use super::optimizer::Limits;
+use super::outcome::{OptimizeError, check, refuse_constraints};
+use super::settings::{Setting, check_settings};
 use crate::design::Problem;
 
 /// The kinds of problems that a method takes, beside sound ones without constraints.
@@ -16,6 +18,14 @@ pub(super) struct Scope {
 }
 
 impl Scope {
+    /// Refuses settings that are out of their range, a problem whose parts do not fit together, and one that the method
+    /// does not take: the checks before a run.
+    pub fn check(self, problem: &dyn Problem, limits: Limits, settings: &[Setting]) -> Result<(), OptimizeError> {
+        check_settings(self.method, limits, settings)?;
+        check(problem)?;
+        self.admit(problem)
+    }
+
     /// Refuses a problem that the method does not take.
     pub fn admit(self, problem: &dyn Problem) -> Result<(), OptimizeError> {
         if self.dense {

@@ -1,11 +1,11 @@
-//! Checks of the settings of the methods.
+//! The settings of the methods, and the numbers that they may take.
 
 use super::optimizer::Limits;
 use super::outcome::OptimizeError;
 
 /// The numbers that a setting may take.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Range {
+enum Range {
     AtLeastOne,
     NotNegative,
     Positive,
@@ -30,17 +30,70 @@ impl Range {
     }
 }
 
-/// Refuses the first setting, given by name, value and range, that is out of its range, and a limit of no evaluations.
-pub(super) fn check_settings(
-    method: &'static str,
-    limits: Limits,
-    settings: &[(&'static str, f64, Range)],
-) -> Result<(), OptimizeError> {
-    let evaluations = ("max_evaluations", limits.evaluations as f64, Range::AtLeastOne);
-    for &(setting, value, range) in std::iter::once(&evaluations).chain(settings) {
-        if !range.contains(value) {
-            return Err(OptimizeError::Setting { method, setting, value, range: range.words() });
+/// A setting of a method: name, value, and the numbers it may take.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Setting {
+    name: &'static str,
+    value: f64,
+    range: Range,
+}
+
+impl Setting {
+    /// A number of things of which there must be one.
+    pub fn count(name: &'static str, value: usize) -> Self {
+        Self { name, value: value as f64, range: Range::AtLeastOne }
+    }
+
+    /// A tolerance that may be zero: then nothing but an exact answer meets it.
+    pub fn tolerance(name: &'static str, value: f64) -> Self {
+        Self { name, value, range: Range::NotNegative }
+    }
+
+    /// A length, or a tolerance that round-off must be able to meet.
+    pub fn positive(name: &'static str, value: f64) -> Self {
+        Self { name, value, range: Range::Positive }
+    }
+
+    /// The two tolerances of every method for problems with constraints: KKT residual, and largest violation.
+    pub fn of_constraints(optimality: f64, feasibility: f64) -> [Self; 2] {
+        [Self::tolerance("optimality_tolerance", optimality), Self::positive("feasibility_tolerance", feasibility)]
+    }
+}
+
+/// Refuses the first setting that is out of its range, and a limit of no evaluations.
+pub(super) fn check_settings(method: &'static str, limits: Limits, settings: &[Setting]) -> Result<(), OptimizeError> {
+    let evaluations = Setting::count("max_evaluations", limits.evaluations);
+    match std::iter::once(&evaluations).chain(settings).find(|s| !s.range.contains(s.value)) {
+        None => Ok(()),
+        Some(&Setting { name: setting, value, range }) => {
+            Err(OptimizeError::Setting { method, setting, value, range: range.words() })
         }
     }
-    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_setting_out_of_its_range_is_named() {
+        let check = |evaluations: usize, settings: &[Setting]| {
+            check_settings("m", Limits { evaluations, ..Limits::default() }, settings)
+        };
+        let good = [Setting::count("a", 1), Setting::tolerance("b", 0.0), Setting::positive("c", 1e-300)];
+        assert!(check(1, &good).is_ok());
+        let bad = [
+            Setting::count("a", 0),
+            Setting::tolerance("b", -1e-9),
+            Setting::tolerance("b", f64::NAN),
+            Setting::positive("c", 0.0),
+            Setting::positive("c", f64::INFINITY),
+        ];
+        for setting in bad {
+            let error = check(1, &[good[0], setting, Setting::count("z", 0)]).unwrap_err();
+            assert!(matches!(&error, OptimizeError::Setting { setting: name, .. } if *name == setting.name), "{error}");
+        }
+        let error = check(0, &good).unwrap_err();
+        assert!(matches!(error, OptimizeError::Setting { setting: "max_evaluations", .. }), "{error}");
+    }
 }

@@ -5,6 +5,7 @@ use super::kkt::{ActiveBound, Iterate, opposition, reached};
 use super::ledger::Ledger;
 use super::outcome::Termination;
 use super::redundancy;
+use super::sqp::leap::Leap;
 use super::trend::standing;
 use super::vector::norm;
 use crate::design::{Bounds, Problem};
@@ -135,6 +136,21 @@ pub(super) fn beset(ledger: &Ledger<'_>, point: &Iterate) -> (Termination, Strin
     (Termination::Failed, message)
 }
 
+/// The analysis leaps beside `point`, which is handed out.
+pub(super) fn leaping(ledger: &Ledger<'_>, point: &Iterate, leap: &Leap) -> (Termination, String) {
+    let names = &ledger.description().constraint_names;
+    let name = leap.constraint.map_or("the objective", |k| &names[k]);
+    let [from, to] = leap.values.map(|value| engineering(value, 5));
+    let message = format!(
+        "No derivative leads on: beside this design {name} leaps from {from} to {to} within {:.1e} of a natural step of the variables, as where a flow has two states. A constraint that keeps away from there, another start or other conditions help. KKT residual {:.1e}, largest violation {:.1e}.{}",
+        leap.length,
+        ledger.residual(point),
+        point.violation,
+        holding(ledger, point)
+    );
+    (Termination::Stalled, message)
+}
+
 /// No step leads on; `point` is handed out.
 pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> (Termination, String) {
     if point.violation > tolerance {
@@ -153,9 +169,13 @@ pub(super) fn at_rest(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> (
 /// Which constraints are violated, by how much, and what stands against them.
 fn contradiction(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> String {
     let (bounds, names) = (&ledger.description().constraint_bounds, &ledger.description().constraint_names);
-    let violated: Vec<String> = (0..bounds.len())
-        .filter(|&k| bounds[k].violation(point.evaluation.constraints[k]) > tolerance)
-        .map(|k| {
+    let constant = redundancy::constant(ledger, point);
+    let missed = (0..bounds.len()).filter(|&k| bounds[k].violation(point.evaluation.constraints[k]) > tolerance);
+    let (fixed, moving): (Vec<usize>, Vec<usize>) = missed.partition(|k| constant.contains(k));
+    let violated: Vec<String> = fixed
+        .iter()
+        .chain(&moving)
+        .map(|&k| {
             let value = point.evaluation.constraints[k];
             let place = if bounds[k].lower == bounds[k].upper {
                 format!("the value {}", engineering(bounds[k].lower, 5))
@@ -164,7 +184,9 @@ fn contradiction(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> String
             } else {
                 format!("the maximum {}", engineering(bounds[k].upper, 5))
             };
-            format!("{} is {}, {:.1e} off {place}", names[k], engineering(value, 6), bounds[k].violation(value))
+            let off = bounds[k].violation(value);
+            let why = if constant.contains(&k) { " (nothing that is free changes it)" } else { "" };
+            format!("{} is {}, {off:.1e} off {place}{why}", names[k], engineering(value, 6))
         })
         .collect();
     let (against, by_bounds) = opposition(ledger, &point.x, &point.evaluation, tolerance);
@@ -172,13 +194,13 @@ fn contradiction(ledger: &Ledger<'_>, point: &Iterate, tolerance: f64) -> String
     if by_bounds {
         opponents.push("bounds of variables".into());
     }
-    let against = if opponents.is_empty() {
-        "they stand against each other, or nothing that is free changes them".to_owned()
-    } else {
-        format!("against them stand {}", opponents.join(", "))
+    let against = match &opponents[..] {
+        _ if moving.is_empty() => String::new(),
+        [] => "; they stand against each other".to_owned(),
+        _ => format!("; against them stand {}", opponents.join(", ")),
     };
     format!(
-        "No design near here meets all constraints: {}; {against}. Relax one of these, free more variables, or start elsewhere.",
+        "No design near here meets all constraints: {}{against}. Relax one of these, free more variables, or start elsewhere.",
         violated.join("; ")
     )
 }

@@ -42,6 +42,9 @@ impl Problem for DesignProblem {
     fn gauss_newton(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         self.is_sum_of_squares().then(|| self.normal_matrix(x).map_err(AnalysisFailure::from))
     }
+    fn residual_curvature(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        self.curvature_along(x, step)
+    }
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.distortion(x)
     }

@@ -9,7 +9,7 @@ use crate::differentiate::{self, Function};
 use crate::ffd::penalty_of_indicator;
 use crate::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
-use num_dual::second_derivative;
+use num_dual::{Dual2_64, second_derivative};
 
 impl DesignProblem {
     /// Exact Hessian of the objective in scaled variables.
@@ -99,6 +99,25 @@ impl DesignProblem {
         }
         self.scale_both(&mut total);
         Ok(total)
+    }
+
+    /// `2 Σ ∇r r″` over the distances of the closest points, with their second derivatives r″ along a step, in scaled
+    /// variables; `None` where there are none.
+    pub(super) fn curvature_along(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {
+        let place = self.quantities.iter().position(|q| *q == Quantity::ShapeError)?;
+        let weight = self.weights[place];
+        let variables = self.geometry.variables().iter();
+        let along: Vec<Dual2_64> =
+            variables.zip(x).zip(step).map(|((v, x), s)| Dual2_64::new(x * v.scale, s * v.scale, 0.0)).collect();
+        let shape = self.geometry.shape(&along).ok()?;
+        self.set_scaled(x);
+        let tangents = self.prepare().ok()?;
+        self.clear_slopes();
+        let error = self.instruments.error().ok()?;
+        error.add_curvature(shape.section.curve().control_points(), weight, &mut self.work.point_slope)?;
+        let mut sum = self.pull_back(&tangents);
+        sum.iter_mut().zip(self.geometry.variables()).for_each(|(s, v)| *s *= v.scale);
+        Some(sum)
     }
 
     /// The part of the fold penalty, over all control points of the box.

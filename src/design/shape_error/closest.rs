@@ -7,7 +7,7 @@ use crate::plane::{distance, length, minus};
 use crate::scalar::{Over, Scalar};
 use crate::spline::{BSplineCurve, BasisValues, GaussRule, KnotVector, distance_slope, foot};
 use nalgebra::DMatrix;
-use num_dual::{Dual2SVec64, DualSVec64};
+use num_dual::{Dual2_64, Dual2SVec64, DualSVec64};
 use std::sync::Arc;
 
 /// Gauss points on a whole curve at least, and on each of its spans.
@@ -60,6 +60,24 @@ struct Term {
     /// Parameter of the closest point on its curve.
     foot: Foot,
     on_target: bool,
+}
+
+impl Term {
+    /// The residuals whose squares add up to that of a difference: the signed distance where the closest point slides,
+    /// the components of the difference where it stays at an end.
+    fn residuals<T: Scalar>(&self, away: [T; 2]) -> Vec<T> {
+        match self.tangent {
+            Some(tangent) => vec![signed_distance(away, tangent.map(T::from))],
+            None => away.to_vec(),
+        }
+    }
+
+    /// Derivatives of the residuals in the two components of the difference. That of a signed distance is the normal,
+    /// as the closest point slides at a right angle to it.
+    fn residual_slopes(&self) -> Vec<[f64; 2]> {
+        let seeded: [DualSVec64<2>; 2] = std::array::from_fn(|d| DualSVec64::from_re(self.away[d]).derivative(d));
+        self.residuals(seeded).iter().map(|r| r.eps.0.map_or([0.0; 2], |eps| [eps[0], eps[1]])).collect()
+    }
 }
 
 impl<S: Scalar> Closest<S> {
@@ -213,22 +231,58 @@ impl Closest<f64> {
     }
 
     /// Adds `2 Σ ∇r ∇rᵀ` over all residuals `r`, in the components of the control points (2 × control point + axis).
-    ///
-    /// The residual of a closest point that slides is the signed distance, whose derivative is the normal; a closest
-    /// point at an end gives two residuals, the components of the difference.
     pub fn add_gauss_newton(&self, control_points: &[[f64; 2]], matrix: &mut DMatrix<f64>) {
         let Some(shape) = self.real_shape(control_points) else { return };
         for term in self.terms(&shape) {
-            let seeded: [DualSVec64<2>; 2] = std::array::from_fn(|d| DualSVec64::from_re(term.away[d]).derivative(d));
-            let residuals = match term.tangent {
-                Some(tangent) => vec![signed_distance(seeded, tangent)],
-                None => seeded.to_vec(),
-            };
-            for row in residuals.iter().filter_map(|r| r.eps.0) {
+            for row in term.residual_slopes() {
                 let block: [[f64; 2]; 2] =
                     std::array::from_fn(|a| std::array::from_fn(|b| 2.0 * term.weight * row[a] * row[b]));
                 spread(&[(&term.basis, 0)], term.first, |_, _| block, matrix);
             }
+        }
+    }
+
+    /// Adds `factor` times `2 Σ ∇r r″` to `gradient`, with the second derivatives r″ of the residuals along the motion
+    /// that the control points carry.
+    pub fn add_curvature(
+        &self,
+        control_points: &[[Dual2_64; 2]],
+        factor: f64,
+        gradient: &mut [[f64; 2]],
+    ) -> Option<()> {
+        let shape = BSplineCurve::new(Arc::clone(&self.knots), control_points.to_vec()).ok()?;
+        let real = self.real_shape(control_points)?;
+        for (place, term) in self.terms(&real).into_iter().enumerate() {
+            let residuals = if term.on_target {
+                let point = combine(&term.basis, &control_points[term.first..]);
+                self.residuals_of_point(&term, point)
+            } else {
+                let centre = self.of_target[place - self.of_shape.len()].point;
+                residuals_of_curve(&term, &shape, &real, centre.map(Dual2_64::from))
+            };
+            let mut slope = [0.0; 2];
+            for (row, residual) in term.residual_slopes().into_iter().zip(residuals) {
+                let bend = 2.0 * factor * term.weight * residual.v2;
+                slope[0] += bend * row[0];
+                slope[1] += bend * row[1];
+            }
+            for (weight, point) in term.basis.iter().zip(&mut gradient[term.first..]) {
+                point[0] += slope[0] * weight;
+                point[1] += slope[1] * weight;
+            }
+        }
+        Some(())
+    }
+
+    /// Residuals of a point of the shape that moves along the target.
+    fn residuals_of_point<T: Scalar>(&self, term: &Term, point: [T; 2]) -> Vec<T> {
+        let on_target = |t: T| self.real_target.point_and_tangent(t);
+        match lifted(term.foot, point, &self.real_target, on_target) {
+            Some(parameter) => {
+                let (on, tangent) = on_target(parameter);
+                vec![signed_distance(minus(point, on), tangent)]
+            }
+            None => term.residuals(minus(point, self.real_target.point_at(term.foot.parameter).map(T::from))),
         }
     }
 
@@ -289,6 +343,22 @@ impl Closest<f64> {
             std::array::from_fn(|p| std::array::from_fn(|q| second[(2 * i + p, 2 * j + q)]))
         };
         spread(&[(&rows[0], 0), (&rows[1], 1)], term.first, block, matrix);
+    }
+}
+
+/// Residuals of a fixed point beside the curve of a shape that moves.
+fn residuals_of_curve<T: Scalar>(
+    term: &Term,
+    shape: &BSplineCurve<T>,
+    real: &BSplineCurve<f64>,
+    centre: [T; 2],
+) -> Vec<T> {
+    match lifted(term.foot, centre, real, |u: T| shape.point_and_tangent(u)) {
+        Some(parameter) => {
+            let (on, tangent) = shape.point_and_tangent(parameter);
+            vec![signed_distance(minus(on, centre), tangent)]
+        }
+        None => term.residuals(minus(shape.point_at(term.foot.parameter), centre)),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Squares of distances, and how they change with the points they are measured between.
 
-use crate::plane::{cross, dot};
+use crate::plane::{cross, dot, length};
 use crate::scalar::{Over, Scalar};
 use num_dual::DualSVec64;
 
@@ -10,9 +10,8 @@ pub(super) fn weighted_square<S, T: Over<S>>(distance: [T; 2], weight: S) -> T {
 }
 
 /// A distance along the normal of a direction, positive to its left.
-pub(super) fn signed_distance<T: Scalar>(away: [T; 2], direction: [f64; 2]) -> T {
-    let size = direction[0].hypot(direction[1]);
-    cross(direction.map(|c| T::from(c / size)), away)
+pub(super) fn signed_distance<T: Scalar>(away: [T; 2], direction: [T; 2]) -> T {
+    cross(direction, away) / length(direction)
 }
 
 /// A weighted square with its derivative in the two components of the distance.

@@ -182,3 +182,62 @@ fn an_end_beyond_the_other_is_measured_to_the_end() {
     assert_relative_eq!(error.value(&longer), expected / 1.1, max_relative = 0.02);
     assert_relative_eq!(error.value(&shorter), expected, max_relative = 0.02);
 }
+
+#[test]
+fn the_distance_from_a_line_that_turns_has_a_curvature() {
+    // the height h of the line y = h over a point at x becomes (h + (2 x / L − 1) t) cos φ with tan φ = 2 t / L
+    let (size, height) = (2.0, 0.5);
+    let knots = crate::spline::KnotVector::clamped_uniform(1, 2).unwrap();
+    let target = BSplineCurve::new(knots, vec![[0.0, 0.0], [size, 0.0]]).unwrap();
+    let error = ShapeError::new(ShapeNorm::Closest, &target, &target).unwrap();
+    let end = |x: f64, turn: f64| [Dual2_64::from(x), Dual2_64::new(height, turn, 0.0)];
+    let mut gradient = [[0.0; 2]; 2];
+    error.add_curvature(&[end(0.0, -1.0), end(size, 1.0)], 3.0, &mut gradient).unwrap();
+    // 2 ∇r r″ of the half of the error that is measured from the target, times the factor
+    let expected = 3.0 * -2.0 * height / (size * size);
+    for slope in gradient {
+        assert_relative_eq!(slope[..], [0.0, expected][..], epsilon = 1e-12);
+    }
+    // equal parameters leave nothing to bend
+    let error = ShapeError::new(ShapeNorm::ArcLength, &target, &target).unwrap();
+    assert!(error.add_curvature(&[end(0.0, -1.0), end(size, 1.0)], 1.0, &mut gradient).is_none());
+}
+
+#[test]
+fn the_second_derivative_of_the_error_is_that_of_its_residuals() {
+    // f = Σ r², so that f″ = 2 Σ r′² + 2 Σ r r″; near a match along a motion that keeps it the second part vanishes,
+    // and a step bent by the curvature keeps to the valley to one order more
+    let (error, start) = closest("naca4412", "naca4412");
+    let points = start.control_points();
+    // every point slides along the curve, by up to a hundredth of the chord
+    let slide = |t: Dual2_64| -> Vec<[Dual2_64; 2]> {
+        points
+            .iter()
+            .enumerate()
+            .map(|(k, p)| {
+                let last = points.len() - 1;
+                let [before, after] = [points[k.saturating_sub(1)], points[(k + 1).min(last)]];
+                let inner = if k == 0 || k == last { 0.0 } else { 0.2 };
+                std::array::from_fn(|d| t * (inner * (after[d] - before[d])) + p[d])
+            })
+            .collect()
+    };
+    let mut bend = vec![[0.0; 2]; points.len()];
+    error.add_curvature(&slide(Dual2_64::new(0.0, 1.0, 0.0)), 1.0, &mut bend).unwrap();
+    let matrix = error.gauss_newton_at(points).unwrap();
+    // a = −(JᵀJ)⁻¹ Jᵀ r″, half of which is added to the step
+    let size = matrix.diagonal().amax();
+    let damped = &matrix + DMatrix::identity(matrix.nrows(), matrix.ncols()) * (1e-9 * size);
+    let side = nalgebra::DVector::from_iterator(2 * bend.len(), bend.as_flattened().iter().map(|b| -b));
+    let acceleration = damped.cholesky().unwrap().solve(&side);
+    let at = |t: f64, bent: f64| {
+        let moved: Vec<[f64; 2]> = slide(Dual2_64::from(t))
+            .iter()
+            .enumerate()
+            .map(|(k, p)| std::array::from_fn(|d| p[d].re + 0.5 * bent * t * t * acceleration[2 * k + d]))
+            .collect();
+        error.value::<f64>(&moved)
+    };
+    let (plain, bent) = (at(0.05, 0.0), at(0.05, 1.0));
+    assert!(bent < 0.1 * plain, "{bent:e} {plain:e}");
+}

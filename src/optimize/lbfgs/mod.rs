@@ -13,7 +13,7 @@ mod settings;
 pub use settings::Lbfgs;
 
 use super::optimizer::Optimizer;
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination};
 use crate::design::Problem;
 use argmin::core::Executor;
 use argmin::solver::quasinewton::LBFGS;
@@ -32,9 +32,7 @@ impl Optimizer for Lbfgs {
         problem: &mut dyn Problem,
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
-        self.check()?;
-        check(problem)?;
-        Self::SCOPE.admit(problem)?;
+        Self::SCOPE.check(problem, self.limits, &self.settings())?;
         let run = RefCell::new(LbfgsRun::new(*self, problem, observer));
         let verdict = drive(&run);
         Ok(run.into_inner().problem.into_inner().close(verdict))

@@ -1,9 +1,8 @@
 //! Settings of L-BFGS.
 
 use super::super::optimizer::Limits;
-use super::super::outcome::OptimizeError;
-use super::super::settings::{Range, check_settings};
-use crate::optimize::scope::Scope;
+use super::super::scope::Scope;
+use super::super::settings::Setting;
 
 /// Limited-memory BFGS with restarts, for problems without constraints.
 ///
@@ -55,17 +54,13 @@ impl Lbfgs {
     pub const NAME: &'static str = "lbfgs";
     pub(in crate::optimize) const SCOPE: Scope = Scope { method: Self::NAME, constraints: false, dense: false };
 
-    pub(super) fn check(&self) -> Result<(), OptimizeError> {
-        check_settings(
-            Self::NAME,
-            self.limits,
-            &[
-                ("memory", self.memory as f64, Range::AtLeastOne),
-                ("patience", self.patience as f64, Range::AtLeastOne),
-                ("objective_tolerance", self.objective_tolerance, Range::NotNegative),
-                ("gradient_tolerance", self.gradient_tolerance, Range::NotNegative),
-                ("first_step", self.first_step, Range::Positive),
-            ],
-        )
+    pub(super) fn settings(&self) -> [Setting; 5] {
+        [
+            Setting::count("memory", self.memory),
+            Setting::count("patience", self.patience),
+            Setting::tolerance("objective_tolerance", self.objective_tolerance),
+            Setting::tolerance("gradient_tolerance", self.gradient_tolerance),
+            Setting::positive("first_step", self.first_step),
+        ]
     }
 }

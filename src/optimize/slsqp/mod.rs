@@ -10,9 +10,9 @@ mod bridge;
 use super::kkt::Iterate;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination};
 use super::scope::Scope;
-use super::settings::{Range, check_settings};
+use super::settings::Setting;
 use super::verdict as report;
 use super::watch::{Ending, Watch};
 use crate::design::Problem;
@@ -66,17 +66,14 @@ impl Slsqp {
     pub const NAME: &'static str = "slsqp";
     pub(super) const SCOPE: Scope = Scope { method: Self::NAME, constraints: true, dense: true };
 
-    fn check(&self) -> Result<(), OptimizeError> {
-        check_settings(
-            Self::NAME,
-            self.limits,
-            &[
-                ("patience", self.patience as f64, Range::AtLeastOne),
-                ("optimality_tolerance", self.optimality_tolerance, Range::NotNegative),
-                ("feasibility_tolerance", self.feasibility_tolerance, Range::Positive),
-                ("first_step", self.first_step, Range::Positive),
-            ],
-        )
+    fn settings(&self) -> [Setting; 4] {
+        let [optimality, feasibility] = Setting::of_constraints(self.optimality_tolerance, self.feasibility_tolerance);
+        [
+            optimality,
+            feasibility,
+            Setting::count("patience", self.patience),
+            Setting::positive("first_step", self.first_step),
+        ]
     }
 }
 
@@ -90,9 +87,7 @@ impl Optimizer for Slsqp {
         problem: &mut dyn Problem,
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
-        self.check()?;
-        check(problem)?;
-        Self::SCOPE.admit(problem)?;
+        Self::SCOPE.check(problem, self.limits, &self.settings())?;
         let ledger = Ledger::new(problem, observer, self.limits);
         let ledger = ledger.feasible_within(self.feasibility_tolerance).measured();
         let run = RefCell::new(SlsqpRun::new(ledger, self.first_step));

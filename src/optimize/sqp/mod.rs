@@ -18,6 +18,8 @@
 //!   less than modelled, and learns from refused steps as well. All steps are remembered with the changes of all
 //!   gradients, and the model is made anew from them with every change of the multipliers; later in a run it goes
 //!   through the latest steps twice.
+//! * **Leaps.** A refused step that is short, and whose values differ by more than the derivatives at either end tell, has
+//!   crossed a leap of the analysis. Several of them without a gain end the run, which says where the leap is.
 //! * **Margins.** Inequalities that are violated or active at the start keep a distance at first, which shrinks: the
 //!   way there otherwise ends on a limit from which the run does not come back. A margin is never wider than half of
 //!   what its constraint has been seen to allow.
@@ -25,6 +27,7 @@
 mod curvature;
 mod finish;
 mod frame;
+pub(in crate::optimize) mod leap;
 mod proposal;
 mod quadratic;
 mod rows;
@@ -33,9 +36,9 @@ mod trial;
 
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
-use super::outcome::{OptimizeError, Outcome, Progress, Termination, check};
+use super::outcome::{OptimizeError, Outcome, Progress, Termination};
 use super::scope::Scope;
-use super::settings::{Range, check_settings};
+use super::settings::Setting;
 use super::verdict;
 use super::watch::{Ending, Watch};
 use crate::design::Problem;
@@ -92,18 +95,15 @@ impl Sqp {
         self.feasibility_tolerance.max(1e-6)
     }
 
-    fn check(&self) -> Result<(), OptimizeError> {
-        check_settings(
-            Self::NAME,
-            self.limits,
-            &[
-                ("patience", self.patience as f64, Range::AtLeastOne),
-                ("optimality_tolerance", self.optimality_tolerance, Range::NotNegative),
-                ("feasibility_tolerance", self.feasibility_tolerance, Range::Positive),
-                ("first_step", self.first_step, Range::Positive),
-                ("radius", self.radius, Range::Positive),
-            ],
-        )
+    fn settings(&self) -> [Setting; 5] {
+        let [optimality, feasibility] = Setting::of_constraints(self.optimality_tolerance, self.feasibility_tolerance);
+        [
+            optimality,
+            feasibility,
+            Setting::count("patience", self.patience),
+            Setting::positive("first_step", self.first_step),
+            Setting::positive("radius", self.radius),
+        ]
     }
 }
 
@@ -117,9 +117,7 @@ impl Optimizer for Sqp {
         problem: &mut dyn Problem,
         observer: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Outcome, OptimizeError> {
-        self.check()?;
-        check(problem)?;
-        Self::SCOPE.admit(problem)?;
+        Self::SCOPE.check(problem, self.limits, &self.settings())?;
         let ledger = Ledger::new(problem, observer, self.limits);
         let mut ledger = ledger.feasible_within(self.feasibility_tolerance).measured();
         let verdict = solve(&mut ledger, self);
@@ -177,6 +175,10 @@ fn solve(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
         match advanced {
             Some(()) => ledger.iteration += 1,
             None if ledger.halted().is_some() => return (Termination::Interrupted, String::new()),
+            None if let Some(leap) = run.leaps.ending() => {
+                let point = ledger.handed_out(&run.point);
+                return verdict::leaping(ledger, &point, leap);
+            }
             None if ledger.last_failed() => return verdict::beset(ledger, &ledger.handed_out(&run.point)),
             None if afresh(&mut run, settings, &mut missed_by) => watch.begin_again(ledger.iteration),
             None => {

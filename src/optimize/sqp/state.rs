@@ -2,6 +2,7 @@
 
 use super::curvature::Curvature;
 use super::frame::Frame;
+use super::leap::Leaps;
 use super::rows::{Row, rows, short};
 use crate::design::{Evaluation, Problem};
 use crate::optimize::kkt::Iterate;
@@ -37,6 +38,8 @@ pub(super) struct SqpRun {
     pub funnel: f64,
     /// Steps in a row that were taken for a lower objective in spite of the merit function.
     pub relaxed: usize,
+    /// Leaps of the analysis that were met.
+    pub leaps: Leaps,
     /// Norm of the gradient at the start.
     slope: f64,
 }
@@ -51,8 +54,8 @@ impl SqpRun {
         let metric = frame.metric(ledger, start);
         let point = Iterate::new(ledger, start, evaluation);
         let curvature = Curvature::new(frame.size(), slope);
-        let mut run =
-            Self { point, frame, rows, curvature, metric, radius: 1.0, price: 0.0, funnel: 0.0, relaxed: 0, slope };
+        let (radius, price, funnel, relaxed, leaps) = (1.0, 0.0, 0.0, 0, Leaps::default());
+        let mut run = Self { point, frame, rows, curvature, metric, radius, price, funnel, relaxed, leaps, slope };
         run.funnel = run.short(&run.point.evaluation).max(WIDEST_FUNNEL);
         run
     }

@@ -56,6 +56,10 @@ pub(super) fn advance(ledger: &mut Ledger<'_>, run: &mut SqpRun) -> Option<()> {
             Trial::Rejected(x, evaluation) => {
                 run.learn(&x, &evaluation, &proposal.multipliers);
                 run.radius = 0.5 * proposal.length;
+                run.leaps.note(&run.point, &x, &evaluation, &run.frame);
+                if run.leaps.ending().is_some() {
+                    return None;
+                }
             }
         }
     }
