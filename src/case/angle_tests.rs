@@ -147,3 +147,41 @@ fn faulty_free_angles_are_refused_with_their_line() {
     let error = parse(&text).unwrap_err();
     assert!(error.line == Some(16) && error.message.contains("prescribed"), "{error}");
 }
+
+#[test]
+fn near_a_match_the_gauss_newton_matrix_has_the_angles_as_well() {
+    // pressures of the start itself: the residuals vanish, and the Hessian is the matrix
+    let surroundings = SURROUNDINGS.replace("panels = 80", "panels = 160");
+    let text = boxed_with(
+        "columns = [1, 3], axis = \"y\"",
+        &format!(
+            "[pressure_target]\npoint = \"b\"\nsection = {{ naca = \"2412\", trailing_edge = \"sharp\" }}\nflow = {{ alpha = 2.0, {} }}\n\
+             [[flow]]\nname = \"a\"\nalpha = {{ start = 1.0 }}\n{surroundings}\
+             [[flow]]\nname = \"b\"\nalpha = {{ start = 2.0, scale = 0.5 }}\n{surroundings}\
+             [objective]\nminimize = {{ cp_error = 1.0 }}\n\
+             [constraints]\n\"alpha_at(a)\" = {{ max = 0.5, weight = 0.01 }}\n",
+            surroundings.replace("panels = 160\n", "").trim_end().replace('\n', ", ")
+        ),
+    );
+    let mut problem = parse(&text.replace("2412", "0012")).unwrap().problem;
+    let x = problem.description().start.clone();
+    let n = x.len();
+    assert_eq!(problem.description().variable_names[n - 2..], ["alpha_at(a)", "alpha_at(b)"]);
+    // the soft limit of half a degree, 0.01 · 0.5², is all that is left
+    let start = problem.evaluate(&x).unwrap().objective;
+    assert!((start - 0.0025).abs() < 1e-9, "{start}");
+    let matrix = problem.gauss_newton(&x).unwrap().unwrap();
+    let steps = vec![crate::differentiate::StepRange::for_scale(0.02); n];
+    let mut gradient = |x: &[f64]| problem.evaluate(x).map(|e| e.gradient);
+    let differences = crate::differentiate::finite_difference_jacobian(&mut gradient, &x, &steps).unwrap();
+    for row in 0..n {
+        for column in 0..n {
+            let (model, found) = (matrix[(row, column)], differences[(row, column)].value);
+            let size = (matrix[(row, row)] * matrix[(column, column)]).sqrt();
+            assert!((model - found).abs() < 2e-3 * size + 1e-6 * matrix.amax(), "{row} {column}: {model} {found}");
+        }
+    }
+    // the pressures at b depend on its own angle, and through it on nothing of a
+    assert!(matrix[(n - 1, n - 1)] > 1e-6 && matrix[(0, n - 1)] != 0.0);
+    assert_eq!((matrix[(n - 2, n - 2)], matrix[(n - 2, n - 1)]), (0.02, 0.0));
+}

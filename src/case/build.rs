@@ -409,6 +409,10 @@ fn apply_settings(
             list[index].bounds = Bounds { lower: *lower, upper: *upper };
         }
     }
+    // a variable that is fixed by its bounds is fixed there
+    for variable in list.iter_mut().filter(|v| v.bounds.lower == v.bounds.upper) {
+        variable.start = variable.bounds.lower;
+    }
     for (name, scale) in axes_first(&table.scale.0) {
         for index in selected(name, "scale", list)? {
             list[index].scale = *scale;

@@ -1,5 +1,6 @@
 use super::*;
 use crate::design::{Bounds, Problem, check_gradients};
+use crate::optimize::Termination;
 
 fn case(text: &str) -> Result<Case, CaseError> {
     Case::parse("test.toml", text, Path::new(""))
@@ -308,4 +309,20 @@ fn a_start_without_a_value_is_refused_at_its_key() {
     }
     let error = case(&symmetric("{ area = 1.0 }", "").replace("[-0.15, 0.15]", "[-0.05, 0.15]")).unwrap_err();
     assert!(error.key == "box" && error.line.is_some(), "{error}");
+}
+
+#[test]
+fn a_variable_of_equal_bounds_starts_and_stays_there() {
+    let bounds = "bounds = { y = [-0.05, 0.05], \"dy[1,1]\" = [0.004, 0.004] }\n";
+    let text = symmetric("{ shape_error = 1.0 }", "[target]\nnaca = \"2412\"\n")
+        .replace("[objective]", &format!("{bounds}[objective]"));
+    let fixed = case(&text).unwrap();
+    let place = fixed.problem.description().variable_names.iter().position(|name| name == "dy[1,1]").unwrap();
+    assert_eq!(fixed.problem.start_values()[place], 0.004);
+    let end = fixed.run(&mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(end.outcome.status, Termination::Converged, "{}", end.outcome.message);
+    assert_eq!(end.variables[place], 0.004);
+    // a start that is said must agree
+    let error = case(&text.replace(bounds, &format!("{bounds}start = {{ \"dy[1,1]\" = 0.0 }}\n"))).unwrap_err();
+    assert!(error.to_string().contains("lower bound 0.004, start 0, upper bound 0.004"), "{error}");
 }
