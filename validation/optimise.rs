@@ -12,6 +12,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 const KULFAN: &str = include_str!("cases/kulfan-5x5.toml");
+const LARGER_KULFAN: &str = include_str!("cases/kulfan-7x5.toml");
+const CUBIC: &str = include_str!("cases/naca0024-cubic.toml");
 /// Violation with which a design on the way counts for "within 1 %".
 const NEARLY_FEASIBLE: f64 = 1e-4;
 
@@ -92,10 +94,11 @@ fn drag(run: &Run) -> f64 {
 }
 
 pub fn sheets(quick: bool) -> Result<Vec<Sheet>, Failure> {
-    let mut sheets = vec![cases()?];
+    let mut sheets = vec![cases()?, scales("naca0024-cubic", CUBIC)?];
     #[cfg(feature = "interior-point")]
     sheets.push(interior_point()?);
     if !quick {
+        sheets.push(scales("kulfan-7x5", LARGER_KULFAN)?);
         sheets.push(starts()?);
     }
     Ok(sheets)
@@ -179,6 +182,31 @@ fn interior_point() -> Result<Sheet, Failure> {
         ]);
     }
     sheet.set_figures(figures);
+    Ok(sheet)
+}
+
+/// Factors of the objective, and steps that the optimiser sees as one.
+const SCALES: [f64; 4] = [1e-4, 1e-2, 1e2, 1e4];
+
+fn scales(name: &str, text: &str) -> Result<Sheet, Failure> {
+    let mut sheet = Sheet::new(
+        &format!("Scales of objective and variables, {name}"),
+        "The objective multiplied, and other steps of the variables that the optimiser sees as one: evaluations over those\n\
+         of the plain case, and drag coefficient over its drag coefficient.",
+    );
+    let plain = solve(&mut problem(name)?)?;
+    for scale in SCALES {
+        let objective = text.replace("minimize = { cd = 1.0 }", &format!("minimize = {{ cd = {scale:e} }}"));
+        let variables = text.replace("bounds = {", &format!("scale = {{ x = {scale:e}, y = {scale:e} }}\nbounds = {{"));
+        for (what, text, factor) in [("objective times", objective, scale), ("variables in steps of", variables, 1.0)] {
+            let run = solve(&mut Case::parse("scaled", &text, Path::new("."))?.problem)?;
+            let converged = run.outcome.status == Termination::Converged;
+            sheet.statement(&format!("{what} {scale:e}: converged"), true, converged);
+            let share = run.outcome.evaluations as f64 / plain.outcome.evaluations as f64;
+            sheet.value(&format!("{what} {scale:e}: evaluations over plain"), 1.0, share, 0.2);
+            sheet.value(&format!("{what} {scale:e}: CD over plain"), 1.0, drag(&run) / factor / drag(&plain), 1e-5);
+        }
+    }
     Ok(sheet)
 }
 
