@@ -5,10 +5,9 @@ use super::error::CaseError;
 use super::flow::{check, conditions, panel_solver};
 use super::pressure_table::{on_the_chord, read};
 use super::schema::{Alpha, CaseTable, PressureTargetTable};
-use crate::design::{FlowAnalysis, OperatingPoint, PressureSide, PressureTarget};
-use crate::flow::{Condition, Distributions, FlowSolver, panel_parameters};
+use crate::design::{FlowAnalysis, OperatingPoint, PlacesOnChord, PressureSide, PressureTarget};
+use crate::flow::{Condition, FlowSolver, panel_parameters};
 use crate::optimize::limited::read_limited;
-use crate::plane::distance;
 use crate::section::Section;
 use std::path::Path;
 
@@ -125,9 +124,8 @@ fn of_section(
     if !solution.is_reliable() {
         return Err(wrong(format!("the flow about this section is {}; it has no pressures to match", solution.status)));
     }
-    let Distributions { nodes, cp, .. } = solution.distributions();
-    let farthest = |&a: &usize, &b: &usize| distance(nodes[a], [1.0, 0.0]).total_cmp(&distance(nodes[b], [1.0, 0.0]));
-    let nose = (0..nodes.len()).max_by(farthest).unwrap_or(0);
-    let at = |k: usize| [nodes[k][0], cp[k]];
+    let cp = &solution.distributions().cp;
+    let (nose, line) = PlacesOnChord::new(&nodes);
+    let at = |k: usize| [line.place(nodes[k]), cp[k]];
     Ok([(0..=nose).rev().map(at).collect(), (nose..nodes.len()).map(at).collect()].map(on_the_chord))
 }

@@ -33,6 +33,7 @@ pub use geometry::{Geometry, Variable};
 pub use gradient_check::{DerivativeCheck, check_gradients};
 pub use linearised::LinearisedShape;
 pub(crate) use motion::{Axis, BoxMotion, MotionRules, Selection, Tie};
+pub(crate) use pressure_target::PlacesOnChord;
 pub use pressure_target::{PressureSide, PressureTarget};
 pub use problem::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
 pub(crate) use quantity::Instruments;

@@ -105,8 +105,34 @@ pub(crate) struct PressureError {
     target: PressureTarget,
     /// Side and weight of every node; the weights add up to one.
     nodes: Vec<(usize, f64)>,
-    /// Nose of the undeformed section, and its chord line over the square of its length.
-    frame: [[f64; 2]; 2],
+    /// Chord line of the undeformed section.
+    line: PlacesOnChord,
+}
+
+/// The line from the node that is farthest from the trailing edge to the trailing edge, along which pressures have their
+/// places.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PlacesOnChord {
+    nose: [f64; 2],
+    /// The line over the square of its length.
+    along: [f64; 2],
+}
+
+impl PlacesOnChord {
+    /// The position of the farthest node, and the line, for nodes from the trailing edge over the nose and back.
+    pub fn new(nodes: &[[f64; 2]]) -> (usize, Self) {
+        let last = nodes.len() - 1;
+        let tail = middle(nodes[0], nodes[last]);
+        let farthest = |&a: &usize, &b: &usize| distance(nodes[a], tail).total_cmp(&distance(nodes[b], tail));
+        let nose = (0..=last).max_by(farthest).unwrap_or(0);
+        let along = minus(tail, nodes[nose]);
+        (nose, Self { nose: nodes[nose], along: along.map(|c| c / dot(along, along)) })
+    }
+
+    /// Coordinate x of a point along the line, in chords.
+    pub fn place<S: Scalar>(&self, point: [S; 2]) -> S {
+        (0..2).map(|d| (point[d] - self.nose[d]) * self.along[d]).sum()
+    }
 }
 
 /// Derivatives of a residual with respect to the pressure and the two coordinates of its node.
@@ -119,17 +145,13 @@ impl PressureError {
     /// [`DesignError::PressureTable`] where the wanted pressures reach no node.
     pub fn new(target: PressureTarget, nodes: &[[f64; 2]]) -> Result<Self, DesignError> {
         let last = nodes.len() - 1;
-        let tail = middle(nodes[0], nodes[last]);
-        let farthest = |&a: &usize, &b: &usize| distance(nodes[a], tail).total_cmp(&distance(nodes[b], tail));
-        let nose = (0..=last).max_by(farthest).unwrap_or(0);
-        let along = minus(tail, nodes[nose]);
-        let frame = [nodes[nose], along.map(|c| c / dot(along, along))];
-        let mut error = Self { target, nodes: Vec::new(), frame };
+        let (nose, line) = PlacesOnChord::new(nodes);
+        let mut error = Self { target, nodes: Vec::new(), line };
         let weight = |k: usize| {
             let before = if k > 0 { distance(nodes[k - 1], nodes[k]) } else { 0.0 };
             let after = if k < last { distance(nodes[k], nodes[k + 1]) } else { 0.0 };
             let side = usize::from(k > nose);
-            let x = error.place(nodes[k]);
+            let x = error.line.place(nodes[k]);
             // the places of nodes and of a table from the same nodes differ by round-off
             let within = |[first, last]: [f64; 2]| first - 1e-9 <= x && x <= last + 1e-9;
             let wanted = error.target.sides[side].as_ref().is_some_and(|s| within(s.range()));
@@ -150,18 +172,12 @@ impl PressureError {
         self.target.point
     }
 
-    /// Coordinate x of a point along the undeformed chord, in chords.
-    fn place<S: Scalar>(&self, point: [S; 2]) -> S {
-        let [nose, along] = self.frame;
-        (0..2).map(|d| (point[d] - nose[d]) * along[d]).sum()
-    }
-
     /// The residuals, whose squares add up to the error, with their derivatives; a node without weight has none.
     fn residuals(&self, nodes: &[[f64; 2]], cp: &[f64]) -> Vec<Option<ByNode>> {
         let one = |(k, &(side, weight)): (usize, &(usize, f64))| {
             let wanted = self.target.sides[side].as_ref().filter(|_| weight > 0.0)?;
             let unit = |value: f64, place: usize| ByNode::from_re(value).derivative(place);
-            let x = self.place([unit(nodes[k][0], 1), unit(nodes[k][1], 2)]);
+            let x = self.line.place([unit(nodes[k][0], 1), unit(nodes[k][1], 2)]);
             Some((unit(cp[k], 0) - wanted.at(x)) * weight.sqrt())
         };
         self.nodes.iter().enumerate().map(one).collect()
