@@ -6,6 +6,8 @@ use crate::design::Problem;
 
 /// Length of what is left of a unit gradient after those before it, below which it depends on them.
 const DEPENDENT: f64 = 1e-7;
+/// The length below which it nearly does: the two then ask for the derivative across them, which hardly anyone means.
+const NEARLY: f64 = 1e-3;
 
 /// The reason why a constraint says nothing of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +16,8 @@ pub(super) enum Redundancy {
     Constant,
     /// The gradients of equalities before it combine to its own.
     Dependent,
+    /// They combine to nearly its own.
+    Nearly,
 }
 
 /// The constraints that say nothing of their own at a point: all that are constant, and equalities that depend on
@@ -44,6 +48,9 @@ pub(super) fn redundant(problem: &dyn Problem, point: &Iterate) -> Vec<(usize, R
             if length < DEPENDENT {
                 found.push((k, Redundancy::Dependent));
             } else {
+                if length < NEARLY {
+                    found.push((k, Redundancy::Nearly));
+                }
                 basis.push(rest.iter().map(|r| r / length).collect());
             }
         }
@@ -55,6 +62,15 @@ pub(super) fn redundant(problem: &dyn Problem, point: &Iterate) -> Vec<(usize, R
 pub(super) fn constant(problem: &dyn Problem, point: &Iterate) -> Vec<usize> {
     let found = redundant(problem, point).into_iter();
     found.filter(|(_, kind)| *kind == Redundancy::Constant).map(|(k, _)| k).collect()
+}
+
+/// Whether constraints are violated by more than a tolerance, and no free variable changes any of these.
+pub(super) fn misses_only_constants(problem: &dyn Problem, point: &Iterate, tolerance: f64) -> bool {
+    let bounds = &problem.description().constraint_bounds;
+    let missed = |k: &usize| bounds[*k].violation(point.evaluation.constraints[*k]) > tolerance;
+    let constant = constant(problem, point);
+    let mut missed = (0..bounds.len()).filter(missed).peekable();
+    missed.peek().is_some() && missed.all(|k| constant.contains(&k))
 }
 
 /// The redundant constraints in words, with a space before; empty where there are none.
@@ -69,7 +85,10 @@ pub(super) fn in_words(problem: &dyn Problem, point: &Iterate) -> String {
         .map(|list| format!(" Nothing that is free changes {list}: left out of the conditions, and best deleted."));
     let dependent = listed(Redundancy::Dependent)
         .map(|list| format!(" Redundant beside the other equalities: {list}; its multiplier is shared with theirs."));
-    constant.into_iter().chain(dependent).collect()
+    let nearly = listed(Redundancy::Nearly).map(|list| {
+        format!(" Nearly the same as other equalities: {list}; together they ask for more than each, and one is best deleted.")
+    });
+    constant.into_iter().chain(dependent).chain(nearly).collect()
 }
 
 #[cfg(test)]
@@ -111,12 +130,32 @@ mod tests {
     }
 
     #[test]
+    fn nearly_equal_equalities_are_named() {
+        let case = Constrained::new(Tied, &[1.0; 3], &[(1.0, 1.0), (3.0, 3.0)]);
+        let named = |slope: f64| {
+            let evaluation = Evaluation {
+                objective: 3.0,
+                gradient: vec![2.0; 3],
+                constraints: vec![2.0, 6.0],
+                jacobian: vec![vec![1.0, 1.0, 0.0], vec![3.0, 3.0, slope]],
+                values: vec![],
+            };
+            in_words(&case, &Iterate::new(&case, &[1.0; 3], evaluation))
+        };
+        assert!(named(1e-9).contains("Redundant beside the other equalities: c1"));
+        assert!(named(1e-5).contains("Nearly the same as other equalities: c1;"));
+        assert_eq!(named(0.1), "");
+    }
+
+    #[test]
     fn a_constraint_that_nothing_changes_and_that_is_not_met_is_named() {
         let limits = [(1.0, 1.0), (3.0, 3.0), (0.01, 0.02), (0.5, 0.5)];
         let outcome = run(&Sqp::default(), &mut Constrained::new(Tied, &[1.0, 2.0, 3.0], &limits));
         assert_eq!(outcome.status, Termination::Infeasible, "{}", outcome.message);
         let words = "c2 is 0.005, 5.0e-3 off the minimum 0.01 (nothing that is free changes it). Relax";
         assert!(outcome.message.contains(words), "{}", outcome.message);
+        // the rest is as it would be without it, and no evaluation is spent in vain
+        assert!((outcome.x[1] - 1.0 / 6.0).abs() < 1e-5 && outcome.evaluations < 20, "{}", outcome.evaluations);
         // one that another stands against is no such
         let limits = [(1.0, 1.0), (6.0, 6.0), (0.005, 0.005), (0.5, 0.5)];
         let outcome = run(&Sqp::default(), &mut Constrained::new(Tied, &[1.0, 2.0, 3.0], &limits));

@@ -37,6 +37,7 @@ mod trial;
 use super::ledger::Ledger;
 use super::optimizer::{Limits, Optimizer};
 use super::outcome::{OptimizeError, Outcome, Progress, Termination};
+use super::redundancy;
 use super::scope::Scope;
 use super::settings::Setting;
 use super::verdict;
@@ -170,6 +171,10 @@ fn solve(ledger: &mut Ledger<'_>, settings: &Sqp) -> (Termination, String) {
         }
         // an optimal point that misses the constraints only needs to get onto them
         let optimal = run.point.optimality.residual <= wanted;
+        if optimal && redundancy::misses_only_constants(ledger, &run.point, feasibility) {
+            let point = ledger.handed_out(&run.point);
+            return verdict::at_rest(ledger, &point, settings.missed());
+        }
         let nearly = optimal && run.point.violation < NEARLY_MET && restore(ledger, &mut run);
         let advanced = if nearly { Some(()) } else { advance(ledger, &mut run) };
         match advanced {
