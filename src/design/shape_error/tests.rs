@@ -204,40 +204,21 @@ fn the_distance_from_a_line_that_turns_has_a_curvature() {
 }
 
 #[test]
-fn the_second_derivative_of_the_error_is_that_of_its_residuals() {
-    // f = Σ r², so that f″ = 2 Σ r′² + 2 Σ r r″; near a match along a motion that keeps it the second part vanishes,
-    // and a step bent by the curvature keeps to the valley to one order more
+fn the_curvature_of_the_residuals_is_what_the_error_bends_by() {
+    // f = Σ r², so that f″ = 2 Σ r′² + 2 Σ r r″ along a motion; close to the target, r is ∇r times the way from there
     let (error, start) = closest("naca4412", "naca4412");
     let points = start.control_points();
-    // every point slides along the curve, by up to a hundredth of the chord
-    let slide = |t: Dual2_64| -> Vec<[Dual2_64; 2]> {
-        points
-            .iter()
-            .enumerate()
-            .map(|(k, p)| {
-                let last = points.len() - 1;
-                let [before, after] = [points[k.saturating_sub(1)], points[(k + 1).min(last)]];
-                let inner = if k == 0 || k == last { 0.0 } else { 0.2 };
-                std::array::from_fn(|d| t * (inner * (after[d] - before[d])) + p[d])
-            })
-            .collect()
-    };
+    let at: Vec<[f64; 2]> = moved(points, &AT.map(|v| 0.1 * v));
+    let motion: Vec<[f64; 2]> = points.iter().map(|&[x, y]| [0.3 * y + 0.05, 0.1 * (3.0 * x).sin() - 0.05]).collect();
+    let along: Vec<[Dual2_64; 2]> =
+        at.iter().zip(&motion).map(|(p, v)| std::array::from_fn(|d| Dual2_64::new(p[d], v[d], 0.0))).collect();
+    let second = error.value(&along).v2;
+    let flat = |list: &[[f64; 2]]| nalgebra::DVector::from_column_slice(list.as_flattened());
+    let straight = flat(&motion).dot(&(error.gauss_newton_at(&at).unwrap() * flat(&motion)));
     let mut bend = vec![[0.0; 2]; points.len()];
-    error.add_curvature(&slide(Dual2_64::new(0.0, 1.0, 0.0)), 1.0, &mut bend).unwrap();
-    let matrix = error.gauss_newton_at(points).unwrap();
-    // a = −(JᵀJ)⁻¹ Jᵀ r″, half of which is added to the step
-    let size = matrix.diagonal().amax();
-    let damped = &matrix + DMatrix::identity(matrix.nrows(), matrix.ncols()) * (1e-9 * size);
-    let side = nalgebra::DVector::from_iterator(2 * bend.len(), bend.as_flattened().iter().map(|b| -b));
-    let acceleration = damped.cholesky().unwrap().solve(&side);
-    let at = |t: f64, bent: f64| {
-        let moved: Vec<[f64; 2]> = slide(Dual2_64::from(t))
-            .iter()
-            .enumerate()
-            .map(|(k, p)| std::array::from_fn(|d| p[d].re + 0.5 * bent * t * t * acceleration[2 * k + d]))
-            .collect();
-        error.value::<f64>(&moved)
-    };
-    let (plain, bent) = (at(0.05, 0.0), at(0.05, 1.0));
-    assert!(bent < 0.1 * plain, "{bent:e} {plain:e}");
+    error.add_curvature(&along, 1.0, &mut bend).unwrap();
+    let found = flat(&bend).dot(&(flat(&at) - flat(points)));
+    let expected = second - straight;
+    assert!(expected.abs() > 1e-4 * straight, "{expected:e} {straight:e}");
+    assert!((found / expected - 1.0).abs() < 0.1, "{found:e} {expected:e}");
 }
