@@ -7,7 +7,6 @@
 //! variables.
 
 use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
-use super::band::Multipliers;
 use super::equations::Held;
 use super::gas::{Flow, Parameters};
 use super::geometry::{displacement_thickness, gaps, movement};
@@ -16,6 +15,7 @@ use super::kernel::{Input, Kernel, Pass, Row, Target};
 use super::numbering::{ALPHA, GLOBALS, Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::{OUTPUTS, Peak, outputs};
 use super::system::{Numbers, Problem};
+use super::transposed::{Multipliers, multipliers};
 use crate::differentiate::Tangent;
 use crate::flow::coefficients::Derivatives;
 use crate::flow::layer::Side;
@@ -145,11 +145,12 @@ pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 
     problem.parameters.incidence = unknowns.globals[ALPHA];
     let mut at = kept::linearised(solved, unknowns)?;
     at.add(&problem, unknowns, |pass| outputs(&problem.grid, peaks, pass));
+    at.band.keep_equations();
     if !at.band.factorise() {
         return None;
     }
     // where the lift was held, the angle is from here on
-    let weights = Weights::new(&at.band.multipliers(ALPHA)?);
+    let weights = Weights::new(&multipliers(&at.band, ALPHA)?);
     kept::keep_factors(solved, unknowns, Arc::new(at));
     let nodes = by_nodes(&problem, unknowns, peaks, &weights)?;
     let stream = by_stream(&problem, unknowns, peaks, &weights)?;

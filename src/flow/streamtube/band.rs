@@ -8,11 +8,11 @@
 //! from the solutions of these stations: an unknown of a station upstream is its solution less what the station behind it
 //! has to do with it.
 
-use super::block::{BORDER, Block, Equation, RESIDUAL, subtract_row};
+use super::block::{BORDER, Block, Equation, RESIDUAL};
 use super::numbering::{GLOBALS, Grid, Place, Unknowns};
-use super::rows::{Combination, FewCombined, padded};
+use super::rows::{Combination, FewCombined, padded, subtract_row};
 use super::system::Columns;
-use crate::flow::linear::{Factors, dot, subtract_product};
+use crate::flow::linear::{Factors, dot};
 use nalgebra::DMatrix;
 
 /// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow.
@@ -22,7 +22,7 @@ const NEGLIGIBLE: f64 = 1e-20;
 /// all unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Band {
-    blocks: Vec<Block>,
+    pub blocks: Vec<Block>,
     /// Derivatives of the global equations and further rows with respect to the unknowns of every station: a row for
     /// each unknown of the station.
     pub below: Vec<DMatrix<f64>>,
@@ -67,6 +67,11 @@ impl Band {
         for (row, value) in block.rows.chunks_mut(stride).zip(values) {
             row[place] = *value;
         }
+    }
+
+    /// Keeps the equations of the stations, which factorisation overwrites.
+    pub fn keep_equations(&mut self) {
+        self.blocks.iter_mut().for_each(Block::keep_equations);
     }
 
     /// Factorises the system. Returns `false` where a block is singular or not finite.
@@ -190,86 +195,6 @@ impl Band {
         };
         Some(Unknowns { stations: self.blocks.iter().zip(&solved).map(station).collect(), globals })
     }
-
-    /// Multipliers of all equations for every further row: the solutions of the transposed system whose right-hand sides
-    /// are the derivatives of these rows, after factorisation. The global unknown `held` stands alone in its equation,
-    /// whatever the equation was before. A row of a result belongs to an equation, a column to a further row.
-    pub fn multipliers(&self, held: usize) -> Option<Multipliers> {
-        let width = self.corner.nrows();
-        let solutions: Vec<DMatrix<f64>> =
-            self.transposed(held).into_iter().map(|values| DMatrix::from_row_slice(values.len() / width, width, &values)).collect();
-        let further = width - GLOBALS;
-        // the global equations' own multipliers close the border
-        let mut closing = self.corner.transpose();
-        closing.column_mut(held).fill(0.0);
-        closing[(held, held)] = 1.0;
-        for (block, solution) in self.blocks.iter().zip(&solutions) {
-            let border = DMatrix::from_column_slice(GLOBALS, block.layout.size(), &block.by_globals);
-            subtract_product(&mut closing, 0, &border, solution);
-        }
-        let schur = closing.columns(0, GLOBALS).into_owned();
-        let mut globals = closing.columns(GLOBALS, further).into_owned();
-        Factors::new(&schur)?.solve(&mut globals);
-        let finished = |solution: DMatrix<f64>| {
-            let [own, mut others] = [(0, GLOBALS), (GLOBALS, further)].map(|(c, n)| solution.columns(c, n).into_owned());
-            subtract_product(&mut others, 0, &own, &globals);
-            others
-        };
-        Some(Multipliers { stations: solutions.into_iter().map(finished).collect(), globals })
-    }
-
-    /// Solutions of the transposed system of the stations for the derivatives of the global equations and the further
-    /// rows, one list of these for each equation. The equation of the global unknown `held` knows of no station.
-    fn transposed(&self, held: usize) -> Vec<Vec<f64>> {
-        let width = self.corner.nrows();
-        let lists = |below: &DMatrix<f64>| {
-            let mut lists = below.transpose();
-            lists.row_mut(held).fill(0.0);
-            lists.as_slice().to_vec()
-        };
-        let mut right: Vec<Vec<f64>> = self.below.iter().map(lists).collect();
-        for i in 1..right.len() {
-            let (before, rest) = right.split_at_mut(i);
-            subtract_next(&self.blocks[i - 1], &before[i - 1], &mut rest[0], width);
-        }
-        for i in (0..right.len()).rev() {
-            let (upstream, rest) = right.split_at_mut(i);
-            self.blocks[i].solve_transposed(&mut rest[0], width);
-            self.subtract_from_upstream(i, &rest[0], upstream, width);
-        }
-        right
-    }
-
-    /// Subtracts from the right-hand sides of the stations upstream what the multipliers of a station have to do with them.
-    fn subtract_from_upstream(&self, i: usize, own: &[f64], upstream: &mut [Vec<f64>], width: usize) {
-        let block = &self.blocks[i];
-        let Some((before, upstream)) = upstream.split_last_mut() else { return };
-        for (row, multipliers) in own.chunks(width).enumerate() {
-            for &(column, factor) in block.factors.first.row(row) {
-                subtract_row(&mut before[column as usize * width..][..width], factor, multipliers);
-            }
-        }
-        let tubes = supersonic(block);
-        let Some((last, upstream)) = upstream.split_last_mut().filter(|_| !tubes.is_empty()) else { return };
-        // what the equations have to do with all unknowns of the second station upstream
-        let two = &self.blocks[i - 2];
-        let mut by_two = vec![0.0; two.layout.size() * width];
-        for tube in tubes {
-            let multipliers = &own[(block.layout.kept + tube) * width..][..width];
-            let [second, third] = [0, 1].map(|k| block.farther[k][tube]);
-            subtract_row(&mut by_two[(two.layout.kept + tube) * width..][..width], -second, multipliers);
-            let Some(far) = upstream.last_mut() else { continue };
-            let three = &self.blocks[i - 3];
-            subtract_row(&mut far[(three.layout.kept + tube) * width..][..width], third, multipliers);
-            let next = &three.row(three.layout.kept + tube)[three.layout.next()..];
-            for (row, factor) in by_two.chunks_mut(width).take(two.layout.kept).zip(next) {
-                subtract_row(row, third * factor, multipliers);
-            }
-        }
-        last.iter_mut().zip(&by_two).for_each(|(value, by)| *value -= by);
-        by_two.iter_mut().for_each(|value| *value = -*value);
-        subtract_next(two, &by_two, before, width);
-    }
 }
 
 /// The derivatives of a global equation or further row.
@@ -291,22 +216,9 @@ impl Columns for FurtherRow<'_> {
 }
 
 /// Tubes of a block whose equations know of speeds farther upstream.
-fn supersonic(block: &Block) -> Vec<usize> {
+pub(super) fn supersonic(block: &Block) -> Vec<usize> {
     let counts = |tube: &usize| block.farther.iter().any(|values| !(values[*tube].abs() <= NEGLIGIBLE));
     (0..block.layout.tubes).filter(counts).collect()
-}
-
-/// Subtracts the transposed solutions of a block times lists of `width` numbers from lists of the next station.
-fn subtract_next(block: &Block, own: &[f64], next: &mut [f64], width: usize) {
-    let range = block.layout.next()..block.layout.next() + block.layout.ahead;
-    for (row, values) in own.chunks(width).enumerate() {
-        if values.iter().all(|v| *v == 0.0) {
-            continue;
-        }
-        for (factor, target) in block.row(row)[range.clone()].iter().zip(next.chunks_mut(width)) {
-            subtract_row(target, *factor, values);
-        }
-    }
 }
 
 /// Puts the solutions of the station before into the equations of a station.
@@ -372,13 +284,6 @@ fn put_farther(done: &[Block], block: &mut Block) {
         subtract_row(&mut own[layout.border()..], -1.0, &row[border..by_own]);
         subtract_row(&mut own[layout.border()..], -1.0, &row[by_own + width..]);
     }
-}
-
-/// Multipliers of the equations of all stations and of the global ones; a column for every further row.
-#[derive(Debug, Clone)]
-pub(super) struct Multipliers {
-    pub stations: Vec<DMatrix<f64>>,
-    pub globals: DMatrix<f64>,
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@
 
 use super::dense::Dense;
 use super::numbering::{GLOBALS, Grid, Place};
+use super::rows::{Combination, Entry, FewCombined, Sparse, padded, subtract_row, subtract_transposed};
 use super::system::Columns;
-use super::rows::{Combination, Entry, FewCombined, Sparse, padded};
 
 /// Smallest pivot of a speed that is taken out, over the largest derivative of another equation by that speed.
 const WEAK: f64 = 0.1;
@@ -75,6 +75,9 @@ pub(super) struct Block {
     pub farther: [Vec<f64>; 2],
     /// Derivatives by the global unknowns, which factorisation overwrites: row by row.
     pub by_globals: Vec<f64>,
+    /// The derivatives by the station's own displacements and layer and by those of the next one, before factorisation and
+    /// where they are kept.
+    pub equations: [Sparse; 2],
     pub factors: Factors,
 }
 
@@ -136,6 +139,7 @@ impl Block {
             first: Vec::new(),
             farther: [vec![0.0; layout.tubes], vec![0.0; layout.tubes]],
             by_globals: Vec::new(),
+            equations: [Sparse::default(), Sparse::default()],
             factors: Factors::default(),
         }
     }
@@ -159,7 +163,21 @@ impl Block {
         Equation { block: self, place }
     }
 
-    /// Keeps what factorisation overwrites, and puts the lists in order.
+    /// Keeps the equations, which factorisation overwrites.
+    pub fn keep_equations(&mut self) {
+        let layout = self.layout;
+        let parts = [0..layout.kept, layout.next()..layout.next() + layout.ahead];
+        self.equations = parts.map(|columns| {
+            let mut entries = Vec::with_capacity(20 * layout.size());
+            for (row, own) in self.rows.chunks(layout.stride()).enumerate() {
+                let numbers = own[columns.clone()].iter().enumerate().filter(|(_, value)| **value != 0.0);
+                entries.extend(numbers.map(|(column, &value)| Entry::new(row, column, value)));
+            }
+            Sparse::new(layout.size(), &entries)
+        });
+    }
+
+    /// Keeps the derivatives by the global unknowns, which factorisation overwrites, and puts the lists in order.
     pub fn prepare(&mut self) {
         let border = self.layout.border();
         self.by_globals.clear();
@@ -284,12 +302,13 @@ impl Block {
         let Layout { kept, .. } = self.layout;
         let factors = &self.factors;
         let (others, speeds) = b.split_at_mut(kept * width);
-        for &tube in &factors.out {
-            let own = &speeds[tube * width..][..width];
-            for (factor, row) in self.row(kept + tube)[..kept].iter().zip(others.chunks_mut(width)) {
-                subtract_row(row, *factor, own);
-            }
+        // the rows of weak speeds do not belong to the factors
+        let mut strong = speeds.to_vec();
+        for &tube in &factors.weak {
+            strong[tube * width..][..width].fill(0.0);
         }
+        let stride = self.layout.stride();
+        subtract_transposed(others, (&self.rows[kept * stride..], stride, 0..kept), &strong, width);
         let mut dense = others.to_vec();
         for &tube in &factors.weak {
             dense.extend_from_slice(&speeds[tube * width..][..width]);
@@ -307,13 +326,5 @@ impl Block {
         for &tube in &factors.out {
             speeds[tube * width..][..width].iter_mut().for_each(|value| *value *= factors.inverse[tube]);
         }
-    }
-}
-
-/// Subtracts `factor` times a row from another.
-#[inline(always)]
-pub(super) fn subtract_row(row: &mut [f64], factor: f64, other: &[f64]) {
-    for (value, other) in row.iter_mut().zip(other) {
-        *value -= factor * other;
     }
 }

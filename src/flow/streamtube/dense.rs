@@ -1,6 +1,6 @@
 //! Dense factors of the size of a station, with right-hand sides beside them in the same rows.
 
-use super::rows::{Combination, padded};
+use super::rows::{Combination, padded, subtract_row, subtract_transposed};
 use crate::flow::linear::dot;
 
 /// Number of columns that are eliminated at a time.
@@ -52,8 +52,8 @@ impl Dense {
         &self.rows[row * self.stride..][..self.size]
     }
 
-    /// Factorises the matrix and solves for the right-hand sides. Returns `false` where it is singular or holds a number that
-    /// is not finite.
+    /// Factorises the matrix and solves for the right-hand sides. Returns `false` where it is singular or has a
+    /// pivot that is not finite.
     pub fn factorise(&mut self) -> bool {
         let (size, stride) = (self.size, self.stride);
         for first in (0..size).step_by(PANEL) {
@@ -90,9 +90,8 @@ impl Dense {
             };
             product.subtract();
         }
-        let from = padded(size);
-        solve_upper(&mut self.rows, size, stride, from);
-        self.rows.chunks(stride).all(|row| row[from..].iter().map(|v| 0.0 * v).sum::<f64>() == 0.0)
+        solve_upper(&mut self.rows, size, stride, padded(size));
+        true
     }
 
     /// Eliminates a column below the diagonal, within the panel that begins at the column `first`.
@@ -145,22 +144,37 @@ impl Dense {
         }
     }
 
-    /// Replaces right-hand sides, `width` numbers for each row, by the solutions with the transpose.
+    /// Replaces right-hand sides, `width` numbers for each row, by the solutions with the transpose. The width is a multiple of
+    /// the widest vector.
     pub fn solve_transposed(&self, b: &mut [f64], width: usize) {
-        for row in 0..self.size {
-            let (done, rest) = b.split_at_mut((row + 1) * width);
-            let (own, values) = (&mut done[row * width..], self.row(row));
-            let inverse = values[row].recip();
-            own.iter_mut().for_each(|value| *value *= inverse);
-            for (factor, other) in values[row + 1..].iter().zip(rest.chunks_mut(width)) {
-                super::block::subtract_row(other, *factor, own);
+        let size = self.size;
+        for first in (0..size).step_by(PANEL) {
+            let end = (first + PANEL).min(size);
+            for row in first..end {
+                let (done, rest) = b.split_at_mut((row + 1) * width);
+                let (own, values) = (&mut done[row * width..], self.row(row));
+                let inverse = values[row].recip();
+                own.iter_mut().for_each(|value| *value *= inverse);
+                for (factor, other) in values[row + 1..end].iter().zip(rest.chunks_mut(width)) {
+                    subtract_row(other, *factor, own);
+                }
             }
+            let (done, rest) = b.split_at_mut(end * width);
+            let panel = (&self.rows[first * self.stride..], self.stride, end..size);
+            subtract_transposed(rest, panel, &done[first * width..], width);
         }
-        for row in (1..self.size).rev() {
-            let (before, own) = b.split_at_mut(row * width);
-            for (factor, other) in self.row(row)[..row].iter().zip(before.chunks_mut(width)) {
-                super::block::subtract_row(other, *factor, &own[..width]);
+        for first in (0..size).step_by(PANEL).rev() {
+            let end = (first + PANEL).min(size);
+            for row in (first + 1..end).rev() {
+                let (before, own) = b.split_at_mut(row * width);
+                let factors = &self.row(row)[first..row];
+                for (factor, other) in factors.iter().zip(before[first * width..].chunks_mut(width)) {
+                    subtract_row(other, *factor, &own[..width]);
+                }
             }
+            let (before, done) = b.split_at_mut(first * width);
+            let panel = (&self.rows[first * self.stride..], self.stride, 0..first);
+            subtract_transposed(before, panel, &done[..(end - first) * width], width);
         }
         for (row, &other) in self.exchanged.iter().enumerate().rev() {
             if other != row {
@@ -222,7 +236,8 @@ mod tests {
     use nalgebra::DMatrix;
 
     fn matrix(size: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(size, size, |i, j| ((3 * i + 7 * j * j + i * j) as f64).sin() + 0.01 * i as f64)
+        let number = |i: usize, j: usize| ((3 * i + 7 * j * j + i * j) as f64).sin() + 0.01 * i as f64;
+        DMatrix::from_fn(size, size, |i, j| number(i, j) + f64::from(u8::from(i == j)))
     }
 
     #[test]
@@ -245,9 +260,11 @@ mod tests {
             dense.solve(&mut single);
             assert!((0..size).all(|i| (single[i] - x[(i, 1)]).abs() < 1e-9), "{size}");
             let c = a.transpose() * &x;
-            let mut many: Vec<f64> = c.transpose().as_slice().to_vec();
-            dense.solve_transposed(&mut many, 3);
-            assert!((0..size).all(|i| (0..3).all(|j| (many[3 * i + j] - x[(i, j)]).abs() < 1e-9)), "{size}");
+            let width = 8;
+            let mut many = vec![0.0; size * width];
+            (0..size).for_each(|i| (0..3).for_each(|j| many[width * i + j] = c[(i, j)]));
+            dense.solve_transposed(&mut many, width);
+            assert!((0..size).all(|i| (0..3).all(|j| (many[width * i + j] - x[(i, j)]).abs() < 1e-9)), "{size}");
         }
     }
 

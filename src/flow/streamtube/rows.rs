@@ -94,6 +94,52 @@ impl WithSimd for Combination<'_> {
     }
 }
 
+/// Subtracts `factor` times a row from another.
+#[inline(always)]
+pub(super) fn subtract_row(row: &mut [f64], factor: f64, other: &[f64]) {
+    for (value, other) in row.iter_mut().zip(other) {
+        *value -= factor * other;
+    }
+}
+
+/// Subtracts the product of the transpose of columns of `source`, whose rows have the length `stride`, and `values` from
+/// `target`. The rows of both lists of numbers have the length `width`, a multiple of the widest vector.
+pub(super) fn subtract_transposed(
+    target: &mut [f64],
+    (source, stride, columns): (&[f64], usize, Range<usize>),
+    values: &[f64],
+    width: usize,
+) {
+    let depth = values.len() / width;
+    if depth == 0 || values.iter().all(|v| *v == 0.0) {
+        return;
+    }
+    let from = padded(depth);
+    let length = from + width;
+    let mut rows = vec![0.0; columns.len() * length];
+    for (k, source) in source.chunks(stride).take(depth).enumerate() {
+        for (row, factor) in rows.chunks_mut(length).zip(&source[columns.clone()]) {
+            row[k] = *factor;
+        }
+    }
+    for (row, own) in rows.chunks_mut(length).zip(target.chunks(width)) {
+        row[from..].copy_from_slice(own);
+    }
+    let product = Combination {
+        rows: &mut rows,
+        stride: length,
+        factors: 0..depth,
+        columns: from..length,
+        source: values,
+        source_stride: width,
+        source_from: 0,
+    };
+    product.subtract();
+    for (row, own) in rows.chunks(length).zip(target.chunks_mut(width)) {
+        own.copy_from_slice(&row[from..]);
+    }
+}
+
 /// A number of a matrix with few of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
@@ -246,6 +292,22 @@ mod tests {
     }
 
     #[test]
+    fn transposed_products_are_subtracted() {
+        let (depth, width, stride) = (5, 8, 7);
+        let source: Vec<f64> = (0..depth * stride).map(number).collect();
+        let values: Vec<f64> = (0..depth * width).map(|k| number(3 * k + 1)).collect();
+        let mut target: Vec<f64> = (0..4 * width).map(|k| number(5 * k)).collect();
+        let before = target.clone();
+        subtract_transposed(&mut target, (&source, stride, 2..6), &values, width);
+        for r in 0..4 {
+            for c in 0..width {
+                let product: f64 = (0..depth).map(|k| source[k * stride + 2 + r] * values[k * width + c]).sum();
+                assert!((target[r * width + c] - (before[r * width + c] - product)).abs() < 1e-14, "{r} {c}");
+            }
+        }
+    }
+
+    #[test]
     fn few_numbers_are_combined_row_by_row() {
         let entries = [(2, 1, 0.5), (0, 3, -2.0), (2, 0, 1.5), (2, 1, 0.25)].map(|(r, c, v)| Entry::new(r, c, v));
         let factors = Sparse::new(4, &entries);
@@ -254,8 +316,15 @@ mod tests {
         let before = rows.clone();
         let source: Vec<f64> = (0..4 * 40).map(|k| number(5 * k + 2)).collect();
         let columns = 8..8 + width;
-        let product =
-            FewCombined { rows: &mut rows, stride, columns, factors: &factors, source: &source, source_stride: 40, source_from: 0 };
+        let product = FewCombined {
+            rows: &mut rows,
+            stride,
+            columns,
+            factors: &factors,
+            source: &source,
+            source_stride: 40,
+            source_from: 0,
+        };
         product.subtract();
         for r in 0..4 {
             for c in 0..stride {
