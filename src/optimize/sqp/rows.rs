@@ -28,6 +28,8 @@ pub(super) struct Row {
     pub margin: f64,
     /// Price of its shortfall in the merit function.
     pub weight: f64,
+    /// Length of the steepest gradient it has had over that at the start.
+    pub steepened: f64,
 }
 
 impl Row {
@@ -52,6 +54,7 @@ impl Row {
         if steeper > 1.0 {
             self.side.factor /= steeper;
             self.weight *= steeper;
+            self.steepened *= steeper;
             self.margin /= steeper;
         }
     }
@@ -69,10 +72,15 @@ pub(super) fn rows(bounds: &[Bounds], frame: &Frame, start: &Evaluation) -> Vec<
             let side = ConstraintRow { constraint, bound, factor };
             let room = SHARE * (b.upper - b.lower) * factor.abs();
             let near = !constant && side.value(start) < NEAR;
-            rows.push(Row { side, margin: if near { MARGIN.min(room) } else { 0.0 }, weight: 0.0 });
+            rows.push(Row { side, margin: if near { MARGIN.min(room) } else { 0.0 }, weight: 0.0, steepened: 1.0 });
         }
     }
     rows
+}
+
+/// Largest shortfall of the rows, measured by their gradients at the start.
+pub(super) fn farthest(rows: &[Row], evaluation: &Evaluation) -> f64 {
+    rows.iter().map(|row| -row.side.value(evaluation) * row.steepened).fold(0.0, f64::max)
 }
 
 /// Sum of the shortfalls of values that should be at least 0.
@@ -87,7 +95,7 @@ mod tests {
     /// The margin that is left of 0.05 after a step of some length to a point this far from the bound.
     fn left(margin: f64, length: f64, distance: f64) -> f64 {
         let side = ConstraintRow { constraint: 0, bound: 2.0, factor: -0.5 };
-        let mut row = Row { side, margin, weight: 1.0 };
+        let mut row = Row { side, margin, weight: 1.0, steepened: 1.0 };
         let evaluation = Evaluation {
             objective: 0.0,
             gradient: vec![0.0],
