@@ -1,7 +1,8 @@
 //! Newton's method for a flow, alone or on the way from one flow to another.
 //!
 //! On the way the fraction that is gone is damped together with the unknowns: the right-hand side of Newton's step holds
-//! what the equations change with the rest of the way. That derivative is taken with one dual direction.
+//! what the equations change with the rest of the way. That derivative is taken with one dual direction. The first step from
+//! a solution has the factors of this solution, and the last steps have those of the step before.
 
 use super::band::Band;
 use super::gas::Parameters;
@@ -80,6 +81,7 @@ impl Progress {
 #[derive(Debug, Clone)]
 pub(super) struct Ended {
     pub converged: bool,
+    /// Number of steps. Those at the end with factors that are kept do not count.
     pub steps: usize,
     pub residual: f64,
 }
