@@ -12,9 +12,9 @@ use nalgebra::{DMatrix, DVector};
 const WIDEST_FUNNEL: f64 = 1.0;
 /// Shortfall that a step may always lead to: linear constraints are off by the square of a step.
 const NARROWEST_FUNNEL: f64 = 0.03;
-/// Shortfall of a row, measured by the gradient at the start, that a step may lead to in any case. The funnel alone measures
-/// by the steepest gradients there have been: close to where a cell of a box turns over these are so steep that the
-/// funnel lets steps through to the other side, where gradients lead on and not back.
+/// Shortfall of a row, in its own unit, that a step may lead to in any case. The funnel alone measures by the steepest
+/// gradients there have been: close to where a cell of a box turns over these are so steep that the funnel lets steps
+/// through to the other side, where gradients lead on and not back.
 const ALWAYS_IN_REACH: f64 = 0.3;
 /// Gain over prediction above which the trust region may grow.
 const GOOD: f64 = 0.75;
@@ -39,7 +39,7 @@ pub(super) struct SqpRun {
     pub price: f64,
     /// Largest shortfall that a step may lead to.
     pub funnel: f64,
-    /// Largest shortfall of a row that a step may lead to, measured by the gradients at the start.
+    /// Largest shortfall of a row that a step may lead to, in the own unit of the row.
     pub reach: f64,
     /// Steps in a row that were taken for a lower objective in spite of the merit function.
     pub relaxed: usize,
