@@ -8,10 +8,9 @@
 //! from the solutions of these stations: an unknown of a station upstream is its solution less what the station behind it
 //! has to do with it.
 
-use super::block::{BORDER, Block, Equation, RESIDUAL};
+use super::block::{BORDER, Block, Columns, Equation, RESIDUAL};
 use super::numbering::{GLOBALS, Grid, Place, Unknowns};
 use super::rows::{Combination, FewCombined, padded, subtract_row};
-use super::system::Columns;
 use crate::flow::linear::{Factors, dot};
 use nalgebra::DMatrix;
 

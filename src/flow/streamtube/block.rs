@@ -9,7 +9,6 @@
 use super::dense::Dense;
 use super::numbering::{GLOBALS, Grid, Place};
 use super::rows::{Combination, Entry, FewCombined, Sparse, padded, subtract_row, subtract_transposed};
-use super::system::Columns;
 
 /// Smallest pivot of a speed that is taken out, over the largest derivative of another equation by that speed.
 const WEAK: f64 = 0.1;
@@ -79,6 +78,12 @@ pub(super) struct Block {
     /// where they are kept.
     pub equations: [Sparse; 2],
     pub factors: Factors,
+}
+
+/// A row of derivatives, by the unknowns of stations and the global ones.
+pub(super) trait Columns {
+    fn add(&mut self, column: Place, value: f64);
+    fn add_global(&mut self, global: usize, value: f64);
 }
 
 /// The derivatives of one equation of a station.

@@ -6,6 +6,7 @@
 
 use super::band::Band;
 use super::numbering::{Grid, Unknowns};
+use super::outputs::OUTPUTS;
 use super::system::{Linearised, Problem};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -60,7 +61,7 @@ pub(super) fn keep(problem: &Problem, unknowns: &Unknowns, at: Linearised) {
 /// The linearised system of a solution.
 pub(super) fn linearised(problem: &Problem, unknowns: &Unknowns) -> Option<Linearised> {
     let known = remove(&mut store().linearised, problem, unknowns).map(|kept| kept.at);
-    known.or_else(|| problem.linearise(unknowns))
+    known.or_else(|| problem.linearise_in(zeros(&problem.grid), unknowns))
 }
 
 /// Keeps the factorised system of a solution.
@@ -105,11 +106,11 @@ pub(super) fn give_back(grid: Grid, band: Band) {
 }
 
 /// A system of zeros for a grid, in memory that was given back where there is some. Fresh memory costs as much as filling it.
-pub(super) fn zeros(grid: &Grid, further: usize) -> Band {
+pub(super) fn zeros(grid: &Grid) -> Band {
     let fitting = {
         let spare = &mut store().spare;
         let place = spare.iter().position(|(known, _)| known == grid);
         place.map(|place| spare.remove(place).1)
     };
-    fitting.map_or_else(|| Band::new(grid, further), Band::cleared)
+    fitting.map_or_else(|| Band::new(grid, OUTPUTS), Band::cleared)
 }

@@ -8,7 +8,6 @@ use super::band::Band;
 use super::gas::Parameters;
 use super::kept;
 use super::numbering::{ALPHA, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
-use super::outputs::OUTPUTS;
 use super::system::{Linearised, Problem};
 use crate::differentiate::Tangent;
 use crate::flow::layer::Regime;
@@ -201,7 +200,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
     let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY };
     for steps in 0..limits.steps {
         let problem = way.problem();
-        let band = spare.take().map_or_else(|| kept::zeros(&problem.grid, OUTPUTS), Band::cleared);
+        let band = spare.take().map_or_else(|| kept::zeros(&problem.grid), Band::cleared);
         let Some(mut at) = problem.linearise_in(band, unknowns) else {
             return Ended { converged: false, steps, residual };
         };

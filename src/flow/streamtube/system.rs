@@ -1,6 +1,7 @@
 //! A flow as a system of equations: linearised at given unknowns, or evaluated in other numbers.
 
 use super::band::Band;
+use super::block::Columns;
 use super::equations::{Equations, Held};
 use super::gas::{Flow, Parameters};
 use super::geometry::{Background, Geometry, Shape};
@@ -112,12 +113,6 @@ impl<S: Scalar> Pass for Evaluation<'_, S> {
             }
         }
     }
-}
-
-/// A row of derivatives, by the unknowns of stations and the global ones.
-pub(super) trait Columns {
-    fn add(&mut self, column: Place, value: f64);
-    fn add_global(&mut self, global: usize, value: f64);
 }
 
 /// The pass that differentiates all terms by the unknowns.
@@ -351,8 +346,9 @@ impl Problem {
     }
 
     /// The system linearised at unknowns.
+    #[cfg(test)]
     pub fn linearise(&self, unknowns: &Unknowns) -> Option<Linearised> {
-        self.linearise_in(super::kept::zeros(&self.grid, OUTPUTS), unknowns)
+        self.linearise_in(Band::new(&self.grid, OUTPUTS), unknowns)
     }
 
     /// The system linearised at unknowns in `band`, which holds zeros.
