@@ -3,10 +3,12 @@
 #[allow(dead_code)]
 mod sections;
 
+use aeroform::case::Case;
 use aeroform::flow::{Condition, FlowSolver, PanelledSection, Settings, StreamtubeSolver, TrailingEdge};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use sections::{Chain, POINTS, cold, condition, nodes, polar};
 use std::hint::black_box;
+use std::ops::ControlFlow;
 
 fn flow(c: &mut Criterion) {
     let mut group = c.benchmark_group("flow");
@@ -61,6 +63,10 @@ fn transonic(c: &mut Criterion) {
     let fresh = || section.analyze(&at, Some(&solution)).expect("in range");
     group.bench_function("gradients", |b| {
         b.iter_batched(fresh, |solution| solution.gradients(), BatchSize::LargeInput);
+    });
+    let case = Case::open("naca0024-cubic-m07").expect("a built-in case");
+    group.bench_function("whole naca0024-cubic-m07", |b| {
+        b.iter(|| case.run(&mut |_| ControlFlow::Continue(())).expect("the case runs"));
     });
     group.finish();
 }

@@ -155,27 +155,6 @@ pub(crate) fn subtract_product(target: &mut DMatrix<f64>, row: usize, a: &DMatri
     faer::linalg::matmul::matmul(part, Accum::Add, view(a), view(b).subrows(0, a.ncols()), -1.0, Par::Seq);
 }
 
-/// Subtracts the product of the first `columns` columns of `a` and the rows of `b` of these numbers from `target`, from its
-/// row `row` on and in its leading columns.
-pub(crate) fn subtract_leading_product(
-    target: &mut DMatrix<f64>,
-    row: usize,
-    a: &DMatrix<f64>,
-    columns: usize,
-    b: &DMatrix<f64>,
-) {
-    let part = view_mut(target).submatrix_mut(row, 0, a.nrows(), b.ncols());
-    let (left, right) = (view(a).subcols(0, columns), view(b).subrows(0, columns));
-    faer::linalg::matmul::matmul(part, Accum::Add, left, right, -1.0, Par::Seq);
-}
-
-/// Subtracts the product of the transpose of `a` and the rows of `b` from `row` on from the leading rows of `target`.
-pub(crate) fn subtract_transposed_product(target: &mut DMatrix<f64>, a: &DMatrix<f64>, b: &DMatrix<f64>, row: usize) {
-    let part = view_mut(target).subrows_mut(0, a.ncols());
-    let right = view(b).subrows(row, a.nrows());
-    faer::linalg::matmul::matmul(part, Accum::Add, view(a).transpose(), right, -1.0, Par::Seq);
-}
-
 fn view(m: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(m.as_slice(), m.nrows(), m.ncols())
 }
@@ -230,10 +209,6 @@ mod tests {
         let product = &a * b.rows(0, 4);
         assert_eq!(found.view((1, 0), (3, 2)), DMatrix::from_element(3, 2, 1.0) - product);
         assert!(found.row(0).iter().chain(found.row(4).iter()).chain(found.column(2).iter()).all(|v| *v == 1.0));
-        let mut found = DMatrix::from_element(5, 2, 1.0);
-        subtract_transposed_product(&mut found, &a, &b, 2);
-        assert_eq!(found.rows(0, 4), DMatrix::from_element(4, 2, 1.0) - a.transpose() * b.rows(2, 3));
-        assert!(found.row(4).iter().all(|v| *v == 1.0));
     }
 
     #[test]

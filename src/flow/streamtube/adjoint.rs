@@ -7,17 +7,19 @@
 //! variables.
 
 use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
-use super::band::Multipliers;
 use super::equations::Held;
 use super::gas::{Flow, Parameters};
 use super::geometry::{displacement_thickness, gaps, movement};
+use super::kept;
 use super::kernel::{Input, Kernel, Pass, Row, Target};
 use super::numbering::{ALPHA, GLOBALS, Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::{OUTPUTS, Peak, outputs};
 use super::system::{Numbers, Problem};
+use super::transposed::{Multipliers, multipliers};
 use crate::differentiate::Tangent;
 use crate::flow::coefficients::Derivatives;
 use crate::flow::layer::Side;
+use std::sync::Arc;
 
 /// One number for every output.
 type Lanes = [f64; OUTPUTS];
@@ -141,12 +143,15 @@ pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 
     let mut problem = solved.clone();
     problem.held = Held::Angle;
     problem.parameters.incidence = unknowns.globals[ALPHA];
-    let mut at = problem.linearise(unknowns, |pass| outputs(&problem.grid, peaks, pass))?;
-    let border = at.band.border();
+    let mut at = kept::linearised(solved, unknowns)?;
+    at.add(&problem, unknowns, |pass| outputs(&problem.grid, peaks, pass));
+    at.band.keep_equations();
     if !at.band.factorise() {
         return None;
     }
-    let weights = Weights::new(&at.band.multipliers(&border)?);
+    // where the lift was held, the angle is from here on
+    let weights = Weights::new(&multipliers(&at.band, ALPHA)?);
+    kept::keep_factors(solved, unknowns, Arc::new(at));
     let nodes = by_nodes(&problem, unknowns, peaks, &weights)?;
     let stream = by_stream(&problem, unknowns, peaks, &weights)?;
     let mut nodes = nodes.into_iter();

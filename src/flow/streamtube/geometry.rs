@@ -1,7 +1,7 @@
 //! The nodes of a flow: the background grid, displaced by the unknowns of the lines and by the boundary layer.
 
 use super::background::{BackgroundNode, WallStations, column};
-use super::numbering::{Grid, Sheet, Unknowns};
+use super::numbering::{Grid, Unknowns};
 use super::section_curve::SectionCurve;
 use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
 use crate::scalar::Scalar;
@@ -92,8 +92,6 @@ pub(super) fn gaps<S: Scalar>(grid: &Grid, wall: &WallStations<S>) -> Vec<S> {
 pub(super) struct Movement {
     /// Whether the line has a displacement of its own.
     pub free: bool,
-    /// The sheet of the layer that moves the node.
-    pub sheet: Option<Sheet>,
     /// Factor of the displacement thickness of that sheet.
     pub by_layer: f64,
     /// Factor of the dead air.
@@ -104,14 +102,12 @@ pub(super) struct Movement {
 pub(super) fn movement(grid: &Grid, station: usize, line: usize) -> Movement {
     let (side, height) = grid.side_of(line);
     let (on_wall, behind) = (grid.on_wall(station), station > grid.stations.edge());
-    let sheet = grid.carrier(station, side);
     // half of the wake on each side; the normal of the wall points outward, all other directions upward
     let share = if behind { 0.5 } else { 1.0 };
     let sign = if on_wall && height == 0 { 1.0 } else { side.sign() };
     let fading = (-grid.stations.heights[height] / CARRY).exp();
     Movement {
         free: !(on_wall && height == 0),
-        sheet,
         by_layer: share * sign * fading,
         by_gap: if behind && height == 0 { 0.5 * sign } else { 0.0 },
     }

@@ -11,8 +11,8 @@
 //! of [`tubes`]), the
 //! [`far_field`] and the boundary layer ([`layer_kernels`], which call the equations of the
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
-//! linearises them, [`band`] solves the linear system, [`newton`] iterates, and [`start`] leads from nothing to a flow.
-//! [`adjoint`] differentiates a solution. [`solver`] is the door, [`record`] what a solution keeps, [`status`] says whether
+//! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts and [`rows`], [`newton`] iterates, and [`start`] leads from nothing to a flow.
+//! [`adjoint`] differentiates a solution by the [`transposed`] system, with the linearised system that [`kept`] holds. [`solver`] is the door, [`record`] what a solution keeps, [`status`] says whether
 //! it holds. [`gas`] and [`settings`] hold numbers.
 //!
 //! This module depends on the [`layer`](super::layer) and, for the frame of a section and the first guess, on the
@@ -21,14 +21,16 @@
 mod adjoint;
 mod background;
 mod band;
+mod block;
 mod cell;
-mod condensed;
+mod dense;
 mod equations;
 mod far_field;
 mod follow;
 mod gas;
 mod geometry;
 mod grading;
+mod kept;
 mod kernel;
 mod layer_kernels;
 mod moves;
@@ -37,6 +39,7 @@ mod numbering;
 mod outputs;
 mod record;
 mod refine;
+mod rows;
 mod section_curve;
 mod settings;
 mod solver;
@@ -47,6 +50,7 @@ mod status;
 mod system;
 #[cfg(test)]
 mod tests;
+mod transposed;
 mod tubes;
 
 pub use settings::StreamtubeSettings;

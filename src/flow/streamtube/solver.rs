@@ -4,7 +4,7 @@ use super::equations::Held;
 use super::follow::Following;
 use super::gas::Parameters;
 use super::grading::Stations;
-use super::newton::{Ended, From, Limits, solve};
+use super::newton::{Ended, Limits, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::record::StreamtubeRecord;
 use super::refine::carried_over;
@@ -213,8 +213,7 @@ impl StreamtubeSection {
         }
         let mut unknowns = record.unknowns.clone();
         let limits = self.last();
-        let from = From { parameters: old.parameters, nodes: Some(&old.nodes) };
-        let ended = solve(&problem, Some(from), &mut unknowns, &limits);
+        let ended = solve_near(&problem, old, &mut unknowns, &limits);
         if ended.converged && self.misplaced(&problem, &unknowns).is_none() {
             return Some(Found { problem, unknowns, ended });
         }

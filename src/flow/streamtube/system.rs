@@ -1,11 +1,12 @@
 //! A flow as a system of equations: linearised at given unknowns, or evaluated in other numbers.
 
 use super::band::Band;
+use super::block::Columns;
 use super::equations::{Equations, Held};
 use super::gas::{Flow, Parameters};
 use super::geometry::{Background, Geometry, Shape};
 use super::kernel::{Input, Kernel, Pass, Row, Target};
-use super::moves::{ByPlaces, Moves, PLACES, lifted_background};
+use super::moves::{ByPlaces, DISPLACING, LayerMoves, Moves, PLACES, lifted_background};
 use super::numbering::{GLOBALS, Grid, Place, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::OUTPUTS;
 use super::section_curve::SectionCurve;
@@ -13,7 +14,7 @@ use crate::differentiate::Tangent;
 use crate::scalar::Scalar;
 
 /// A flow that is sought: grid, section, parameters, and what is held.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Problem {
     pub grid: Grid,
     /// Nodes of the section in the frame of the chord line.
@@ -43,6 +44,12 @@ impl<S: Scalar> Residuals<S> {
             globals: [zero; GLOBALS],
             outputs: [zero; OUTPUTS],
         }
+    }
+
+    /// Room for nothing.
+    fn none() -> Self {
+        let zero = S::from(0.0);
+        Self { stations: Vec::new(), globals: [zero; GLOBALS], outputs: [zero; OUTPUTS] }
     }
 
     #[inline(always)]
@@ -117,82 +124,88 @@ pub(super) struct Linearisation<'a> {
     pub band: &'a mut Band,
 }
 
-impl Linearisation<'_> {
-    #[inline]
-    fn by_unknown(&mut self, row: Row, place: Place, value: f64) {
-        match row {
-            Row::Station(own) => self.band.add(own, place, value),
-            Row::Global(g) => self.band.below[place.station][(place.index, g)] += value,
-            Row::Output(k) => self.band.below[place.station][(place.index, GLOBALS + k)] += value,
-        }
-    }
+/// Largest number of layers that one term reads.
+const LAYERS: usize = 4;
 
-    /// Adds the derivatives with respect to several unknowns of a station.
-    #[inline]
-    fn by_station(&mut self, row: Row, station: usize, columns: &[usize], values: &[f64]) {
-        let place = |index: usize| Place { station, index };
-        match row {
-            Row::Station(own) => self.band.add_several(own, station, columns, values),
-            _ => columns.iter().zip(values).for_each(|(&index, &value)| self.by_unknown(row, place(index), value)),
-        }
-    }
+/// Derivatives of a result with respect to the displacement thickness of layers, which many nodes share.
+struct ByLayers {
+    count: usize,
+    sums: [(usize, f64); LAYERS],
+}
 
-    #[inline]
-    fn by_global(&mut self, row: Row, global: usize, value: f64) {
-        match row {
-            Row::Station(own) => self.band.add_global(own, global, value),
-            Row::Global(g) => self.band.corner[(g, global)] += value,
-            Row::Output(k) => self.band.corner[(GLOBALS + k, global)] += value,
-        }
-    }
-
-    /// Adds the derivatives of a result in a row with respect to its inputs.
+impl ByLayers {
     #[inline(always)]
-    fn scatter<const N: usize>(&mut self, row: Row, inputs: &[Input; N], by: &[f64; N], factor: f64) {
-        let moves = self.moves;
-        // derivatives with respect to the places, which many inputs share
-        let mut places = [0.0; PLACES.len()];
-        let mut add = |by: &[f64; 3], value: f64| {
-            for (sum, by) in places.iter_mut().zip(by) {
-                *sum += value * by;
+    fn add(&mut self, layer: usize, value: f64) {
+        for (known, sum) in &mut self.sums[..self.count] {
+            if *known == layer {
+                *sum += value;
+                return;
             }
-        };
-        let mut k = 0;
-        while k < N {
-            let value = by[k] * factor;
-            match inputs[k] {
-                Input::Node { station, line, axis } => {
-                    let node = &moves.nodes[self.numbers.geometry.index(station, line)];
-                    let other = Input::Node { station, line, axis: 1 };
-                    // both coordinates together, where they come together
-                    let both = axis == 0 && k + 1 < N && inputs[k + 1] == other;
-                    let by = match (both, axis) {
-                        (true, _) => [value, by[k + 1] * factor],
-                        (false, 0) => [value, 0.0],
-                        _ => [0.0, value],
-                    };
-                    k += usize::from(both);
-                    let values = node.by.map(|own| by[0] * own[0] + by[1] * own[1]);
-                    self.by_station(row, station, &node.index[..node.count], &values[..node.count]);
-                    add(&node.by_places[0], by[0]);
-                    add(&node.by_places[1], by[1]);
+        }
+        self.sums[self.count] = (layer, value);
+        self.count += 1;
+    }
+}
+
+/// Adds the derivatives of a result with respect to its inputs to a row.
+#[inline(always)]
+fn scatter<const N: usize>(
+    moves: &Moves,
+    geometry: &Geometry<f64>,
+    row: &mut impl Columns,
+    inputs: &[Input; N],
+    by: &[f64; N],
+    factor: f64,
+) {
+    // derivatives with respect to the places, which many inputs share
+    let mut places = [0.0; PLACES.len()];
+    let mut add = |by: &[f64; 3], value: f64| {
+        for (sum, by) in places.iter_mut().zip(by) {
+            *sum += value * by;
+        }
+    };
+    let mut layers = ByLayers { count: 0, sums: [(0, 0.0); LAYERS] };
+    let mut k = 0;
+    while k < N {
+        let value = by[k] * factor;
+        match inputs[k] {
+            Input::Node { station, line, axis } => {
+                let node = &moves.nodes[geometry.index(station, line)];
+                let mut along = value * node.direction[axis];
+                add(&node.by_places[axis], value);
+                // both coordinates together, where they come together
+                if axis == 0 && k + 1 < N && inputs[k + 1] == (Input::Node { station, line, axis: 1 }) {
+                    k += 1;
+                    let value = by[k] * factor;
+                    along += value * node.direction[1];
+                    add(&node.by_places[1], value);
                 }
-                // pressures do not depend on the speeds farther upstream, for which the band has no room; a number that is
-                // not finite shows in the residual
-                Input::Unknown(_) if value == 0.0 || !value.is_finite() => {}
-                Input::Unknown(place) => self.by_unknown(row, place, value),
-                Input::Global(g) => self.by_global(row, g, value),
-                Input::Wall { side, point, axis } => {
-                    add(&moves.wall.points[side.index()][point][axis].eps, value);
+                if let Some(index) = node.displacement {
+                    row.add(Place { station, index }, along);
                 }
-                Input::Arc { side, point } => add(&moves.wall.arcs[side.index()][point].eps, value),
-                Input::Gap(_) | Input::Trip(_) | Input::Total => {}
+                if let Some((layer, factor)) = node.by_layer {
+                    layers.add(layer, along * factor);
+                }
             }
-            k += 1;
+            // pressures do not depend on the speeds farther upstream, for which the band has no room; a number that is
+            // not finite shows in the residual
+            Input::Unknown(_) if value == 0.0 || !value.is_finite() => {}
+            Input::Unknown(place) => row.add(place, value),
+            Input::Global(g) => row.add_global(g, value),
+            Input::Wall { side, point, axis } => add(&moves.wall.points[side.index()][point][axis].eps, value),
+            Input::Arc { side, point } => add(&moves.wall.arcs[side.index()][point].eps, value),
+            Input::Gap(_) | Input::Trip(_) | Input::Total => {}
         }
-        for (global, value) in PLACES.into_iter().zip(places) {
-            self.by_global(row, global, value);
+        k += 1;
+    }
+    for &(layer, value) in &layers.sums[..layers.count] {
+        let LayerMoves { station, first, by } = moves.layers[layer];
+        for (k, by) in DISPLACING.into_iter().zip(by) {
+            row.add(Place { station, index: first + k }, value * by);
         }
+    }
+    for (global, value) in PLACES.into_iter().zip(places) {
+        row.add_global(global, value);
     }
 }
 
@@ -212,7 +225,16 @@ impl Pass for Linearisation<'_> {
         for (result, target) in results.iter().zip(targets) {
             let Some((row, factor)) = target else { continue };
             self.residuals.add(row, result.re * factor);
-            self.scatter(row, &inputs, &result.eps, factor);
+            let (moves, geometry) = (self.moves, self.numbers.geometry);
+            match row {
+                Row::Station(place) => {
+                    scatter(moves, geometry, &mut self.band.equation(place), &inputs, &result.eps, factor);
+                }
+                Row::Global(g) => scatter(moves, geometry, &mut self.band.further(g), &inputs, &result.eps, factor),
+                Row::Output(k) => {
+                    scatter(moves, geometry, &mut self.band.further(GLOBALS + k), &inputs, &result.eps, factor);
+                }
+            }
         }
     }
 }
@@ -224,6 +246,24 @@ pub(super) struct Linearised {
     pub band: Band,
     /// Areas of all tubes, interval by interval.
     pub areas: Vec<f64>,
+    geometry: Geometry<f64>,
+    moves: Moves,
+}
+
+impl Linearised {
+    /// Adds further terms, at the same unknowns.
+    pub fn add(&mut self, problem: &Problem, unknowns: &Unknowns, terms: impl Fn(&mut Linearisation)) {
+        let flow = problem.flow();
+        let mut pass = Linearisation {
+            numbers: Numbers { geometry: &self.geometry, unknowns },
+            moves: &self.moves,
+            flow: &flow,
+            residuals: std::mem::replace(&mut self.residuals, Residuals::none()),
+            band: &mut self.band,
+        };
+        terms(&mut pass);
+        self.residuals = pass.residuals;
+    }
 }
 
 impl Problem {
@@ -305,33 +345,21 @@ impl Problem {
         Some(Moves::new(&self.grid, background, unknowns, &self.flow()))
     }
 
-    /// The system linearised at unknowns, with further terms that `outputs` goes over.
-    pub fn linearise(&self, unknowns: &Unknowns, outputs: impl Fn(&mut Linearisation)) -> Option<Linearised> {
-        self.linearise_in(Band::new(&self.grid, OUTPUTS), unknowns, outputs)
+    /// The system linearised at unknowns.
+    #[cfg(test)]
+    pub fn linearise(&self, unknowns: &Unknowns) -> Option<Linearised> {
+        self.linearise_in(Band::new(&self.grid, OUTPUTS), unknowns)
     }
 
     /// The system linearised at unknowns in `band`, which holds zeros.
-    pub fn linearise_in(
-        &self,
-        mut band: Band,
-        unknowns: &Unknowns,
-        outputs: impl Fn(&mut Linearisation),
-    ) -> Option<Linearised> {
-        let flow = self.flow();
+    pub fn linearise_in(&self, band: Band, unknowns: &Unknowns) -> Option<Linearised> {
         let (geometry, moves) = (self.geometry(unknowns)?, self.moves(unknowns)?);
-        let mut pass = Linearisation {
-            numbers: Numbers { geometry: &geometry, unknowns },
-            moves: &moves,
-            flow: &flow,
-            residuals: Residuals::zeros(&self.grid),
-            band: &mut band,
-        };
-        self.equations().pass(&mut pass);
-        outputs(&mut pass);
-        let residuals = pass.residuals;
-        for (station, values) in residuals.stations.iter().enumerate() {
-            band.set_residual(station, values);
+        let (residuals, areas) = (Residuals::zeros(&self.grid), self.areas(&geometry));
+        let mut at = Linearised { residuals, band, areas, geometry, moves };
+        at.add(self, unknowns, |pass| self.equations().pass(pass));
+        for (station, values) in at.residuals.stations.iter().enumerate() {
+            at.band.set_residual(station, values);
         }
-        Some(Linearised { residuals, band, areas: self.areas(&geometry) })
+        Some(at)
     }
 }

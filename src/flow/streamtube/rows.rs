@@ -1,0 +1,344 @@
+//! Inner loops of the block elimination, on matrices whose rows lie one after the other.
+//!
+//! The blocks of a station have 50 to 110 rows. Libraries for dense matrices copy such blocks into a form of their own before
+//! they multiply, which costs as much as the product; here a few rows at a time stay in the registers of the processor.
+
+use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
+
+/// Lengths of rows are multiples of this, the widest vector of any processor.
+const PAD: usize = 8;
+
+/// A length of rows that holds `count` numbers.
+pub(super) fn padded(count: usize) -> usize {
+    count.next_multiple_of(PAD)
+}
+
+/// Subtracts combinations of the rows of `source` from rows, with factors that stand in the rows themselves.
+pub(super) struct Combination<'a> {
+    pub rows: &'a mut [f64],
+    pub stride: usize,
+    /// Columns of the factors, one for each row of `source`.
+    pub factors: Range<usize>,
+    /// Columns from which is subtracted. Their number is a multiple of the widest vector.
+    pub columns: Range<usize>,
+    pub source: &'a [f64],
+    pub source_stride: usize,
+    /// First column of `source`.
+    pub source_from: usize,
+}
+
+impl Combination<'_> {
+    pub fn subtract(self) {
+        Arch::new().dispatch(self);
+    }
+
+    /// Goes over `N` rows from `row` on and `V` vectors from the vector `place` of the columns on.
+    #[inline(always)]
+    fn tile<S: Simd, const N: usize, const V: usize>(&mut self, simd: S, row: usize, place: usize) {
+        let width = V * S::F64_LANES;
+        let offset = place * S::F64_LANES;
+        let (from, source_from) = (self.columns.start + offset, self.source_from + offset);
+        let own: [&[f64]; N] = std::array::from_fn(|r| &self.rows[(row + r) * self.stride..][..self.stride]);
+        let factors: [&[f64]; N] = own.map(|own| &own[self.factors.clone()]);
+        let mut sums: [[S::f64s; V]; N] = own.map(|own| {
+            let vectors = S::as_simd_f64s(&own[from..from + width]).0;
+            std::array::from_fn(|v| vectors[v])
+        });
+        for (k, source) in self.source.chunks(self.source_stride).take(self.factors.len()).enumerate() {
+            let vectors = S::as_simd_f64s(&source[source_from..source_from + width]).0;
+            let vectors: [S::f64s; V] = std::array::from_fn(|v| vectors[v]);
+            for r in 0..N {
+                let factor = simd.splat_f64s(-factors[r][k]);
+                for v in 0..V {
+                    sums[r][v] = simd.mul_add_e_f64s(factor, vectors[v], sums[r][v]);
+                }
+            }
+        }
+        for r in 0..N {
+            let own = &mut self.rows[(row + r) * self.stride + from..][..width];
+            S::as_mut_simd_f64s(own).0.copy_from_slice(&sums[r]);
+        }
+    }
+
+    /// Goes over `N` rows from `row` on.
+    #[inline(always)]
+    fn band<S: Simd, const N: usize>(&mut self, simd: S, row: usize) {
+        let count = self.columns.len() / S::F64_LANES;
+        let mut place = 0;
+        while place + 2 <= count {
+            self.tile::<S, N, 2>(simd, row, place);
+            place += 2;
+        }
+        if place < count {
+            self.tile::<S, N, 1>(simd, row, place);
+        }
+    }
+}
+
+impl WithSimd for Combination<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let count = self.rows.len() / self.stride;
+        let mut row = 0;
+        while row + 4 <= count {
+            self.band::<S, 4>(simd, row);
+            row += 4;
+        }
+        while row < count {
+            self.band::<S, 1>(simd, row);
+            row += 1;
+        }
+    }
+}
+
+/// Subtracts `factor` times a row from another.
+#[inline(always)]
+pub(super) fn subtract_row(row: &mut [f64], factor: f64, other: &[f64]) {
+    for (value, other) in row.iter_mut().zip(other) {
+        *value -= factor * other;
+    }
+}
+
+/// Subtracts the product of the transpose of columns of `source`, whose rows have the length `stride`, and `values` from
+/// `target`. The rows of both lists of numbers have the length `width`, a multiple of the widest vector.
+pub(super) fn subtract_transposed(
+    target: &mut [f64],
+    (source, stride, columns): (&[f64], usize, Range<usize>),
+    values: &[f64],
+    width: usize,
+) {
+    let depth = values.len() / width;
+    if depth == 0 || values.iter().all(|v| *v == 0.0) {
+        return;
+    }
+    let from = padded(depth);
+    let length = from + width;
+    let mut rows = vec![0.0; columns.len() * length];
+    for (k, source) in source.chunks(stride).take(depth).enumerate() {
+        for (row, factor) in rows.chunks_mut(length).zip(&source[columns.clone()]) {
+            row[k] = *factor;
+        }
+    }
+    for (row, own) in rows.chunks_mut(length).zip(target.chunks(width)) {
+        row[from..].copy_from_slice(own);
+    }
+    let product = Combination {
+        rows: &mut rows,
+        stride: length,
+        factors: 0..depth,
+        columns: from..length,
+        source: values,
+        source_stride: width,
+        source_from: 0,
+    };
+    product.subtract();
+    for (row, own) in rows.chunks(length).zip(target.chunks_mut(width)) {
+        own.copy_from_slice(&row[from..]);
+    }
+}
+
+/// A number of a matrix with few of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    pub row: u32,
+    pub column: u32,
+    pub value: f64,
+}
+
+impl Entry {
+    pub fn new(row: usize, column: usize, value: f64) -> Self {
+        Self { row: row as u32, column: column as u32, value }
+    }
+}
+
+/// A matrix with few numbers, row by row.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sparse {
+    /// Where each row begins among the numbers.
+    starts: Vec<u32>,
+    /// Columns and numbers. A column may occur several times in a row.
+    numbers: Vec<(u32, f64)>,
+}
+
+impl Sparse {
+    pub fn new(rows: usize, entries: &[Entry]) -> Self {
+        let mut starts = vec![0u32; rows + 1];
+        for entry in entries {
+            starts[entry.row as usize + 1] += 1;
+        }
+        for row in 0..rows {
+            starts[row + 1] += starts[row];
+        }
+        let mut ends = starts.clone();
+        let mut numbers = vec![(0, 0.0); entries.len()];
+        for entry in entries {
+            let end = &mut ends[entry.row as usize];
+            numbers[*end as usize] = (entry.column, entry.value);
+            *end += 1;
+        }
+        Self { starts, numbers }
+    }
+
+    /// The numbers of a row, with their columns.
+    pub fn row(&self, row: usize) -> &[(u32, f64)] {
+        &self.numbers[self.starts[row] as usize..self.starts[row + 1] as usize]
+    }
+
+    /// Number of rows.
+    pub fn count(&self) -> usize {
+        self.starts.len() - 1
+    }
+}
+
+/// Subtracts the product of a matrix with few numbers and the rows of `source` from rows.
+pub(super) struct FewCombined<'a> {
+    pub rows: &'a mut [f64],
+    pub stride: usize,
+    /// Columns from which is subtracted. Their number is a multiple of the widest vector.
+    pub columns: Range<usize>,
+    pub factors: &'a Sparse,
+    pub source: &'a [f64],
+    pub source_stride: usize,
+    /// First column of `source`.
+    pub source_from: usize,
+}
+
+impl FewCombined<'_> {
+    pub fn subtract(self) {
+        Arch::new().dispatch(self);
+    }
+
+    #[inline(always)]
+    fn tile<S: Simd, const V: usize>(&mut self, simd: S, row: usize, place: usize) {
+        let (width, offset) = (V * S::F64_LANES, place * S::F64_LANES);
+        let source_from = self.source_from + offset;
+        let own = &mut self.rows[row * self.stride + self.columns.start + offset..][..width];
+        let own = S::as_mut_simd_f64s(own).0;
+        let mut sums: [S::f64s; V] = std::array::from_fn(|v| own[v]);
+        for &(column, value) in self.factors.row(row) {
+            let source = &self.source[column as usize * self.source_stride + source_from..][..width];
+            let vectors = S::as_simd_f64s(source).0;
+            let factor = simd.splat_f64s(-value);
+            for v in 0..V {
+                sums[v] = simd.mul_add_e_f64s(factor, vectors[v], sums[v]);
+            }
+        }
+        own.copy_from_slice(&sums);
+    }
+}
+
+impl WithSimd for FewCombined<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let count = self.columns.len() / S::F64_LANES;
+        for row in 0..self.factors.count() {
+            if self.factors.row(row).is_empty() {
+                continue;
+            }
+            let mut place = 0;
+            while place + 4 <= count {
+                self.tile::<S, 4>(simd, row, place);
+                place += 4;
+            }
+            while place < count {
+                self.tile::<S, 1>(simd, row, place);
+                place += 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(seed: usize) -> f64 {
+        (seed as f64 * 1.7 + (seed * seed % 13) as f64).sin()
+    }
+
+    #[test]
+    fn combinations_are_products() {
+        for count in [1, 3, 4, 9] {
+            let (stride, width, depth) = (56, 24, 5);
+            let mut rows: Vec<f64> = (0..count * stride).map(number).collect();
+            let before = rows.clone();
+            let source: Vec<f64> = (0..depth * 32).map(|k| number(7 * k + 1)).collect();
+            let product = Combination {
+                rows: &mut rows,
+                stride,
+                factors: 2..2 + depth,
+                columns: 16..16 + width,
+                source: &source,
+                source_stride: 32,
+                source_from: 8,
+            };
+            product.subtract();
+            for r in 0..count {
+                for c in 0..stride {
+                    let mut expected = before[r * stride + c];
+                    if (16..16 + width).contains(&c) {
+                        expected -=
+                            (0..depth).map(|k| before[r * stride + 2 + k] * source[32 * k + 8 + c - 16]).sum::<f64>();
+                    }
+                    assert!((rows[r * stride + c] - expected).abs() < 1e-14, "{count} {r} {c}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn transposed_products_are_subtracted() {
+        let (depth, width, stride) = (5, 8, 7);
+        let source: Vec<f64> = (0..depth * stride).map(number).collect();
+        let values: Vec<f64> = (0..depth * width).map(|k| number(3 * k + 1)).collect();
+        let mut target: Vec<f64> = (0..4 * width).map(|k| number(5 * k)).collect();
+        let before = target.clone();
+        subtract_transposed(&mut target, (&source, stride, 2..6), &values, width);
+        for r in 0..4 {
+            for c in 0..width {
+                let product: f64 = (0..depth).map(|k| source[k * stride + 2 + r] * values[k * width + c]).sum();
+                assert!((target[r * width + c] - (before[r * width + c] - product)).abs() < 1e-14, "{r} {c}");
+            }
+        }
+    }
+
+    #[test]
+    fn few_numbers_are_combined_row_by_row() {
+        let entries = [(2, 1, 0.5), (0, 3, -2.0), (2, 0, 1.5), (2, 1, 0.25)].map(|(r, c, v)| Entry::new(r, c, v));
+        let factors = Sparse::new(4, &entries);
+        let (stride, width) = (48, 40);
+        let mut rows: Vec<f64> = (0..4 * stride).map(number).collect();
+        let before = rows.clone();
+        let source: Vec<f64> = (0..4 * 40).map(|k| number(5 * k + 2)).collect();
+        let columns = 8..8 + width;
+        let product = FewCombined {
+            rows: &mut rows,
+            stride,
+            columns,
+            factors: &factors,
+            source: &source,
+            source_stride: 40,
+            source_from: 0,
+        };
+        product.subtract();
+        for r in 0..4 {
+            for c in 0..stride {
+                let mut expected = before[r * stride + c];
+                if c >= 8 {
+                    let at = |row: usize| source[40 * row + c - 8];
+                    expected -= match r {
+                        0 => -2.0 * at(3),
+                        2 => 0.75 * at(1) + 1.5 * at(0),
+                        _ => 0.0,
+                    };
+                }
+                assert!((rows[r * stride + c] - expected).abs() < 1e-14, "{r} {c}");
+            }
+        }
+    }
+}
