@@ -11,7 +11,7 @@
 //! of [`tubes`]), the
 //! [`far_field`] and the boundary layer ([`layer_kernels`], which call the equations of the
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
-//! linearises them, [`band`] solves the linear system, [`newton`] iterates, and [`start`] leads from nothing to a flow.
+//! linearises them, [`band`] solves the linear system, [`newton`] iterates, [`guess`] says where a flow may begin, and [`start`] leads from nothing to it.
 //! [`adjoint`] differentiates a solution. [`solver`] is the door, [`record`] what a solution keeps, [`status`] says whether
 //! it holds. [`gas`] and [`settings`] hold numbers.
 //!
@@ -29,6 +29,7 @@ mod follow;
 mod gas;
 mod geometry;
 mod grading;
+mod guess;
 mod kernel;
 mod layer_kernels;
 mod moves;

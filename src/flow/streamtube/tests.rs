@@ -21,7 +21,7 @@ use std::sync::OnceLock;
 
 /// A grid that is coarse enough for tests.
 const COARSE: StreamtubeSettings =
-    StreamtubeSettings { cells: 60, tubes: 14, tolerance: 1e-10, iterations: 60, retry: true };
+    StreamtubeSettings { cells: 60, tubes: 14, reach: 5.0, tolerance: 1e-10, iterations: 60, retry: true };
 
 fn solver() -> StreamtubeSolver {
     StreamtubeSolver { settings: COARSE }
@@ -382,7 +382,7 @@ fn a_blunt_edge_is_solved_and_differentiated() {
 
 #[test]
 fn small_systems_are_solved_as_dense_ones() {
-    let size = Size { wall: 8, ahead: 3, behind: 3, tubes: 3 };
+    let size = Size { wall: 8, ahead: 3, behind: 3, tubes: 3, reach: 2.5 };
     let grid = Grid { stations: Stations::new(size, [0.3; 2]), viscous: true };
     let further = 2;
     let mut band = super::band::Band::new(&grid, further);
