@@ -138,7 +138,8 @@ impl Attempt {
 ///
 /// Nodes may come in any unit, at any place and at any angle: the angle of attack is that against the x axis of the
 /// nodes, and everything else refers to the section's own chord line, from the point of the section that is farthest
-/// from the middle of the trailing edge to that middle. Lengths are in chords, and coordinates x and y in the frame with
+/// from the middle of the trailing edge to that middle. (Where two points are equally far, the line lies between them: it
+/// moves smoothly with the nodes.) Lengths are in chords, and coordinates x and y in the frame with
 /// the nose at (0, 0) and the middle of the trailing edge at (1, 0). Speeds are in units of the onset speed.
 /// Coefficients are on the chord and the dynamic pressure of the onset flow; the moment is about the quarter chord,
 /// nose-up positive.

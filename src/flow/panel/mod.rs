@@ -20,6 +20,7 @@ mod family;
 mod frame;
 mod inviscid;
 mod kernel;
+mod nose;
 mod outline;
 mod outputs;
 mod polar;

@@ -28,6 +28,9 @@ pub(super) struct Row {
     pub margin: f64,
     /// Price of its shortfall in the merit function.
     pub weight: f64,
+    /// A change of its constraint that is large: the largest of its bound, its value at the start, and its change over a
+    /// natural step there.
+    pub unit: f64,
 }
 
 impl Row {
@@ -69,10 +72,18 @@ pub(super) fn rows(bounds: &[Bounds], frame: &Frame, start: &Evaluation) -> Vec<
             let side = ConstraintRow { constraint, bound, factor };
             let room = SHARE * (b.upper - b.lower) * factor.abs();
             let near = !constant && side.value(start) < NEAR;
-            rows.push(Row { side, margin: if near { MARGIN.min(room) } else { 0.0 }, weight: 0.0 });
+            let large = slope.max(bound.abs()).max(start.constraints[constraint].abs());
+            let unit = if large > 0.0 { large } else { 1.0 };
+            rows.push(Row { side, margin: if near { MARGIN.min(room) } else { 0.0 }, weight: 0.0, unit });
         }
     }
     rows
+}
+
+/// Largest shortfall of the rows, each in its own unit.
+pub(super) fn farthest(rows: &[Row], evaluation: &Evaluation) -> f64 {
+    let shortfall = |row: &Row| -row.side.value(evaluation) / (row.side.factor.abs() * row.unit);
+    rows.iter().map(shortfall).fold(0.0, f64::max)
 }
 
 /// Sum of the shortfalls of values that should be at least 0.
@@ -87,7 +98,7 @@ mod tests {
     /// The margin that is left of 0.05 after a step of some length to a point this far from the bound.
     fn left(margin: f64, length: f64, distance: f64) -> f64 {
         let side = ConstraintRow { constraint: 0, bound: 2.0, factor: -0.5 };
-        let mut row = Row { side, margin, weight: 1.0 };
+        let mut row = Row { side, margin, weight: 1.0, unit: 1.0 };
         let evaluation = Evaluation {
             objective: 0.0,
             gradient: vec![0.0],

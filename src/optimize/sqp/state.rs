@@ -2,7 +2,7 @@
 
 use super::curvature::Curvature;
 use super::frame::Frame;
-use super::rows::{Row, rows, short};
+use super::rows::{Row, farthest, rows, short};
 use crate::design::{Evaluation, Problem};
 use crate::optimize::kkt::Iterate;
 use crate::optimize::ledger::Ledger;
@@ -12,6 +12,10 @@ use nalgebra::{DMatrix, DVector};
 const WIDEST_FUNNEL: f64 = 1.0;
 /// Shortfall that a step may always lead to: linear constraints are off by the square of a step.
 const NARROWEST_FUNNEL: f64 = 0.03;
+/// Shortfall of a row, in its own unit, that a step may lead to in any case. The funnel alone measures by the steepest
+/// gradients there have been: close to where a cell of a box turns over these are so steep that the funnel lets steps
+/// through to the other side, where gradients lead on and not back.
+const ALWAYS_IN_REACH: f64 = 0.3;
 /// Gain over prediction above which the trust region may grow.
 const GOOD: f64 = 0.75;
 /// Gain over prediction below which it shrinks.
@@ -35,6 +39,8 @@ pub(super) struct SqpRun {
     pub price: f64,
     /// Largest shortfall that a step may lead to.
     pub funnel: f64,
+    /// Largest shortfall of a row that a step may lead to, in the own unit of the row.
+    pub reach: f64,
     /// Steps in a row that were taken for a lower objective in spite of the merit function.
     pub relaxed: usize,
     /// Norm of the gradient at the start.
@@ -51,9 +57,21 @@ impl SqpRun {
         let metric = frame.metric(ledger, start);
         let point = Iterate::new(ledger, start, evaluation);
         let curvature = Curvature::new(frame.size(), slope);
-        let mut run =
-            Self { point, frame, rows, curvature, metric, radius: 1.0, price: 0.0, funnel: 0.0, relaxed: 0, slope };
+        let mut run = Self {
+            point,
+            frame,
+            rows,
+            curvature,
+            metric,
+            radius: 1.0,
+            price: 0.0,
+            funnel: 0.0,
+            reach: 0.0,
+            relaxed: 0,
+            slope,
+        };
         run.funnel = run.short(&run.point.evaluation).max(WIDEST_FUNNEL);
+        run.reach = farthest(&run.rows, &run.point.evaluation).max(WIDEST_FUNNEL);
         run
     }
 
@@ -71,6 +89,7 @@ impl SqpRun {
         (self.radius, self.price, self.relaxed) = (radius, 0.0, 0);
         self.rows.iter_mut().for_each(|row| (row.margin, row.weight) = (0.0, 0.0));
         self.funnel = self.short(&self.point.evaluation).max(WIDEST_FUNNEL);
+        self.reach = farthest(&self.rows, &self.point.evaluation).max(ALWAYS_IN_REACH);
     }
 
     /// Gradients of the rows, one a row.
@@ -105,6 +124,13 @@ impl SqpRun {
     /// Sum of the shortfalls of the rows.
     pub fn short(&self, evaluation: &Evaluation) -> f64 {
         short(&self.values(evaluation))
+    }
+
+    /// Whether the run may go to an evaluation, whatever it gains.
+    pub fn admits(&self, evaluation: &Evaluation) -> bool {
+        let now = &self.point.evaluation;
+        self.short(evaluation) <= self.funnel.max(self.short(now))
+            && farthest(&self.rows, evaluation) <= self.reach.max(farthest(&self.rows, now))
     }
 
     /// Sum of the shortfalls of rows of these values, each times its price.
@@ -157,6 +183,8 @@ impl SqpRun {
         if self.relaxed == 0 {
             let wide = (2.0 * self.short(&self.point.evaluation)).max(NARROWEST_FUNNEL);
             self.funnel = self.funnel.min(wide.max(0.5 * self.funnel));
+            let far = (2.0 * farthest(&self.rows, &self.point.evaluation)).max(ALWAYS_IN_REACH);
+            self.reach = self.reach.min(far.max(0.5 * self.reach));
         }
         self.metric = self.frame.metric(ledger, &self.point.x);
     }

@@ -101,7 +101,7 @@ fn noise(run: &SqpRun) -> f64 {
 /// The merit function decides, within the funnel. Near the constraints it refuses good steps for what the curvature of
 /// the constraints costs (Maratos); there a step that lowers the objective as predicted is taken, a few times in a row.
 fn judge(run: &SqpRun, proposal: &Proposal, x: &[f64], evaluation: &Evaluation) -> Option<(f64, bool)> {
-    if run.short(evaluation) > run.funnel.max(run.short(&run.point.evaluation)) {
+    if !run.admits(evaluation) {
         return None;
     }
     let ratio = (run.gained(x, evaluation) + noise(run)) / (proposal.predicted.max(0.0) + noise(run));
