@@ -77,19 +77,13 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
         fixed_transition: Some(transition),
         parameters,
     };
-    let guess = Guess {
-        stagnation: nose,
-        circulation: 0.0,
-        alpha,
-        transition,
-        relaxed: true,
-        free: false,
-        lift_first: false,
-        layers: None,
-    };
+    let guess =
+        Guess { stagnation: nose, circulation: 0.0, alpha, transition, relaxed: true, lift_first: false, layers: None };
     let settings = StreamtubeSettings { tolerance: 1e-11, ..StreamtubeSettings::default() };
-    let (unknowns, ended) = climb(&problem, &guess, &settings);
+    let (mut unknowns, ended) = climb(&problem, &guess, &settings);
     assert!(ended.converged, "{ended:?}");
+    let limits = Limits { steps: 10, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
+    assert!(solve(&problem, None, &mut unknowns, &limits).converged);
     StreamtubeRecord::new(problem, unknowns, panels.nodes.clone()).outputs
 }
 
