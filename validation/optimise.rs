@@ -36,11 +36,10 @@ const ROWS: [Row; 8] = [
     Row { name: "naca0024-cubic", bar: 38, drag: 0.007_622, slsqp: "43", ipopt: "38" },
     Row { name: "naca0024-quartic", bar: 20, drag: 0.007_636, slsqp: "", ipopt: "15" },
     Row { name: "multipoint", bar: 60, drag: 0.007_690, slsqp: "", ipopt: "> 120, not converged" },
-    Row { name: "12x5 box, 116 variables", bar: 200, drag: 0.007_424, slsqp: "", ipopt: "160 (limit)" },
+    Row { name: "12x5 box, 116 variables", bar: 200, drag: 0.007_419, slsqp: "", ipopt: "160 (limit)" },
 ];
 
-/// Rows without a verdict: the run ends where drag and lift leap by 0.04 % and 6e-5, as transition comes to stand just
-/// ahead of the trip.
+/// Rows whose numbers of evaluations have no verdict: over round-off they are on both sides of the bar.
 const OPEN: [&str; 1] = ["12x5 box, 116 variables"];
 
 /// The problem of a row: a built-in case, or one changed in a line or two.
@@ -105,8 +104,8 @@ fn cases() -> Result<Sheet, Failure> {
     let mut sheet = Sheet::new(
         "Evaluations of the constrained optimiser",
         "An evaluation is all values with all gradients. Ours to a KKT residual of 1e-6 and a violation of 1e-8; SciPy SLSQP\n\
-         and IPOPT (L-BFGS) as measured in November 2026 with the flow of that day. The largest box has no verdict:\n\
-         its runs stall where transition comes to stand just ahead of the trip and the flow leaps.",
+         and IPOPT (L-BFGS) as measured in November 2026 with the flow of that day. The evaluations in the largest box\n\
+         have no verdict: over round-off they are 179 to 286 for the bar of 200.",
     );
     let mut figures = Table::new([
         ("case", Align::Left),
@@ -135,14 +134,13 @@ fn cases() -> Result<Sheet, Failure> {
         ]);
         let (evaluations, near) = (format!("{}: evaluations", row.name), format!("{}: until within 1 %", row.name));
         let over = format!("{}: CD over the optimum", row.name);
-        if OPEN.contains(&row.name) {
-            sheet.open(&evaluations, row.bar as f64, outcome.evaluations as f64);
-            sheet.open(&over, 1.001, drag(&run) / row.drag);
-            continue;
-        }
         let converged = outcome.status == Termination::Converged;
         sheet.statement(&format!("{}: converged", row.name), true, converged);
-        sheet.count_at_most(&evaluations, row.bar, Some(outcome.evaluations));
+        if OPEN.contains(&row.name) {
+            sheet.open(&evaluations, row.bar as f64, outcome.evaluations as f64);
+        } else {
+            sheet.count_at_most(&evaluations, row.bar, Some(outcome.evaluations));
+        }
         sheet.count_at_most(&near, row.bar / 2, Some(run.near));
         sheet.at_most(&over, 1.001, drag(&run) / row.drag);
     }

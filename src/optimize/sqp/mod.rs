@@ -11,9 +11,10 @@
 //!   Waltz 2008). Steps are no longer than a radius in the metric of the problem ([`Problem::metric`]), for a
 //!   free-form box the relative change of its cells.
 //! * **Judgement.** A merit function with prices from the multipliers decides. Two things stand beside it: a funnel,
-//!   a bound of the violation that narrows as the run goes on (Gould and Toint 2010), and a few steps in a row that
-//!   lower the objective as predicted though the merit function rises, against the effect of Maratos. A step that is
-//!   refused is tried again with the curvature of the constraints taken into account.
+//!   a bound of the violation that narrows as the run goes on (Gould and Toint 2010), by the gradients of the constraints
+//!   and by their own units, and a few steps in a row that lower the objective as predicted though the merit function
+//!   rises, against the effect of Maratos. A step that is refused is tried again with the curvature of the constraints
+//!   taken into account.
 //! * **Curvature.** Damped BFGS that begins with too little curvature, lowers what it does not know where a step finds
 //!   less than modelled, and learns from refused steps as well. All steps are remembered with the changes of all
 //!   gradients, and the model is made anew from them with every change of the multipliers; later in a run it goes

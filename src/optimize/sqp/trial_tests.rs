@@ -67,3 +67,27 @@ fn a_correction_without_analysis_leaves_the_first_point_to_learn_from() {
     let (trial, asked) = first_attempt(OnCurve { bend: 0.8, wall: 0.0 }, |x| x[0] > 0.1);
     assert!(matches!(trial, Trial::Failed) && asked.len() == 1);
 }
+
+#[test]
+fn a_row_whose_gradient_was_steep_once_is_still_measured_in_its_own_unit() {
+    let mut problem = Constrained::new(OnCurve { bend: 0.8, wall: 0.0 }, &[0.0, 0.0], &[(0.0, 0.0)]);
+    let mut observer = |_: &crate::optimize::Progress<'_>| ControlFlow::Continue(());
+    let mut ledger = Ledger::new(&mut problem, &mut observer, Limits::default());
+    let Ok(mut run) = begin(&mut ledger, &Sqp::default()) else { panic!("no start") };
+    let here = run.point.evaluation.clone();
+    let off_by = |value: f64, gradient: f64| Evaluation {
+        constraints: vec![value],
+        jacobian: vec![vec![0.0, gradient]],
+        ..here.clone()
+    };
+    (run.funnel, run.reach) = (0.03, 0.3);
+    assert!(run.admits(&off_by(0.02, 1.0)) && !run.admits(&off_by(0.04, 1.0)));
+    // rows measured by a steep gradient, as the funnel has them, fall short of nearly nothing far from their bounds
+    let steep = off_by(0.0, 1e4);
+    run.rows.iter_mut().for_each(|row| row.rescale(&run.frame, &steep));
+    assert!(run.short(&off_by(5.0, 1.0)) < 0.03 && !run.admits(&off_by(5.0, 1.0)));
+    assert!(run.admits(&off_by(0.2, 1.0)));
+    // no step is refused that leads towards the bound
+    run.point.evaluation = off_by(6.0, 1.0);
+    assert!(run.admits(&off_by(5.0, 1.0)));
+}
