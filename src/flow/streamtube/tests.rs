@@ -61,15 +61,17 @@ fn peaks(record: &StreamtubeRecord) -> [Peak; 2] {
     *record.peaks()
 }
 
-/// Flow without boundary layer at an angle of attack in radians.
+/// Flow without boundary layer at an angle of attack in radians, in the domain of the programs whose values it is compared
+/// with.
 fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
     let panels = PanelledSection::new(nodes, TrailingEdge::Sharp).unwrap();
     let curve = SectionCurve::new(&panels.nodes.inside).unwrap();
     let nose = curve.arc_length(curve.nose());
     let transition = Side::BOTH.map(|side| 0.1 * side.length(nose, curve.total()));
     let parameters = Parameters { mach, reynolds: 1e6, incidence: alpha, strength: 1.0, threshold: 0.98, order: 1.0 };
+    let size = StreamtubeSettings { reach: 2.5, ..StreamtubeSettings::default() }.size();
     let problem = Problem {
-        grid: Grid { stations: Stations::new(StreamtubeSettings::default().size(), [0.1; 2]), viscous: false },
+        grid: Grid { stations: Stations::new(size, [0.1; 2]), viscous: false },
         nodes: panels.nodes.inside.clone(),
         trips: [None; 2],
         critical: 9.0,
