@@ -69,6 +69,7 @@ fn run() {
             "initial_variables",
             "active_bounds",
             "flow_solver",
+            "drag",
             "repairs",
             "min_fold_indicator",
             "folded",

@@ -30,6 +30,7 @@ pub(super) fn design_files(case: &Case, variables: &[f64]) -> Result<Vec<(String
         let title = format!("{}: {}", case.name, figures::condition_text(&point.condition_at(&shape)));
         files.push((format!("pressure{place}.svg"), figures::pressure(solution, &title)));
         files.push((format!("boundary_layer{place}.svg"), figures::boundary_layer(solution, &title)));
+        files.extend(figures::mach_field(solution, &title).map(|svg| (format!("mach{place}.svg"), svg)));
     }
     Ok(files)
 }

@@ -1,5 +1,6 @@
 //! The figures of the command: what is drawn, in the manner of the paper's Figs. 14 and 15.
 
+use super::output::settled;
 use crate::design::{DesignProblem, Shape};
 use crate::flow::{Condition, Distributions, FieldBlock, Incidence, InviscidSolution, Solution, StationFlow};
 use crate::optimize::{History, HistoryRow};
@@ -420,7 +421,8 @@ fn sweep_plot(
 
 /// A curve through the points of each sweep that hold, and grey dots for those beyond the model.
 fn sweep_series(sweeps: &[Sweep<'_>], x: impl Fn(&Solution) -> f64, y: impl Fn(&Solution) -> f64) -> Vec<Series> {
-    let at = |s: &Solution| [x(s), y(s)];
+    // round-off of a symmetric flow would fill an axis of its own
+    let at = |s: &Solution| [settled(x(s)), settled(y(s))];
     let mut all = Vec::new();
     for Sweep { name, points, stroke } in sweeps {
         let gaps = points.iter().map(|s| if s.is_reliable() { at(s) } else { [f64::NAN; 2] }).collect();

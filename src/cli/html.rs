@@ -257,6 +257,7 @@ mod tests {
             initial_variables: Named::new(["dx[0,0]"], [0.0]),
             active_bounds: Named(Vec::new()),
             flow_solver: None,
+            drag: Vec::new(),
             repairs: vec!["s<1>.dat: one point moved".into()],
             min_fold_indicator: None,
             folded: None,

@@ -4,7 +4,7 @@ use super::design_files::named;
 use super::failure::Failure;
 use super::figures::{self, Sweep};
 use super::html::{HtmlTable, Page};
-use super::output::pretty;
+use super::output::{fixed, pretty, settled};
 use super::overview::{Derivatives, Overview, minimises_drag};
 use crate::cad;
 use crate::case::{Case, CaseOutcome};
@@ -14,7 +14,7 @@ use crate::flow::{Condition, FlowSection, Incidence, Solution, SolverChoice};
 use crate::optimize::{History, Outcome};
 use crate::report::engineering;
 use crate::report::figures::Stroke;
-use crate::report::json::{BoundsReport, RunReport};
+use crate::report::json::{BoundsReport, DragParts, DragReport, RunReport};
 use crate::section::{Measure, SeligFormat};
 use std::time::{Duration, Instant};
 
@@ -101,7 +101,11 @@ impl RunResults {
             command,
             description: &case.description,
             figures: shown,
-            tables: vec![gradient_table(&self.derivatives), timing_table(self.timing, &end.outcome)],
+            tables: vec![
+                drag_table(&self.report.drag),
+                gradient_table(&self.derivatives),
+                timing_table(self.timing, &end.outcome),
+            ],
             case: &case.text,
             bounds: problem.geometry().variables().iter().map(|v| BoundsReport::from(v.bounds)).collect(),
         };
@@ -227,6 +231,27 @@ fn directional_derivatives(problem: &mut DesignProblem, values: &[f64]) -> Deriv
         })
     });
     Derivatives { checks: checks.collect() }
+}
+
+/// Drag and its parts in counts, from start to end.
+fn drag_table(points: &[DragReport]) -> HtmlTable {
+    type Part = (&'static str, fn(&DragParts) -> f64);
+    let parts: [Part; 4] = [
+        ("drag", |d| d.cd),
+        ("of it friction", |d| d.cd_friction),
+        ("of it pressure", |d| d.cd_pressure),
+        ("shocks, within the pressure", |d| d.cd_wave),
+    ];
+    let counts = |part: &Part, d: &Option<DragParts>| {
+        d.as_ref().map_or_else(|| "none".to_string(), |d| fixed(1e4 * settled(part.1(d)), 2))
+    };
+    let rows = points.iter().flat_map(|d| {
+        let row =
+            |part: &Part| vec![d.point.clone(), part.0.to_string(), counts(part, &d.initial), counts(part, &d.end)];
+        parts.iter().map(row).collect::<Vec<_>>()
+    });
+    let columns = vec!["operating point", "", "start, counts", "end, counts"];
+    HtmlTable { heading: "Drag", columns, rows: rows.collect() }
 }
 
 fn gradient_table(derivatives: &Derivatives) -> HtmlTable {

@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn stations_stay_in_order_wherever_a_side_turns_turbulent() {
-        let size = Size { wall: 60, ahead: 16, behind: 17, tubes: 14 };
+        let size = Size { wall: 60, ahead: 16, behind: 17, tubes: 14, reach: 5.0 };
         for k in 1..=97 {
             let transition = 0.01 * f64::from(k);
             let stations = Stations::new(size, [transition, 0.1]);

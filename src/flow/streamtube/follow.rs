@@ -16,15 +16,39 @@ use crate::flow::layer::Side;
 const FLOWS: usize = 16;
 /// Largest number of Newton steps of one of them.
 const STEPS: usize = 20;
-/// Distance of transition from its wanted place from which on it is let go, over its distance from the nearer end of
-/// the side.
-const NEAR: f64 = 0.08;
+/// Distances of transition from its wanted place from which on it is let go, one after the other, over its distance from
+/// the nearer end of the side. At a shock only the nearer one may do.
+const NEAR: [f64; 2] = [0.08, 0.005];
 /// Largest ratio of the place of transition after and before a move, and of that from the edge.
 const MOVE: f64 = 1.5;
 /// Shares of a move that are tried one after the other.
 const SHARES: [f64; 3] = [1.0, 0.4, 0.1];
 /// Last place of transition, as fraction of the side.
 const LAST: f64 = 0.9995;
+
+/// Least and largest change of the distance to the wanted place per change of the place of transition.
+const SLOPES: [f64; 2] = [-8.0, -0.5];
+
+/// The secant rule for the place of transition of a side. A bubble that grows with the laminar layer brings the wanted
+/// place forward as transition goes back, so that going to the wanted place would swing from side to side.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rule {
+    /// The last place, and the distance of the wanted one from there.
+    last: Option<[f64; 2]>,
+}
+
+impl Rule {
+    /// The move from a place, from which the wanted place has a distance.
+    fn next(&mut self, place: f64, distance: f64) -> f64 {
+        let [least, most] = SLOPES;
+        let slope = self.last.replace([place, distance]).map_or(-1.0, |[before, old]| {
+            let slope = (distance - old) / (place - before);
+            // a move of nothing says nothing
+            if slope.is_finite() { slope.clamp(least, most) } else { -1.0 }
+        });
+        -distance / slope
+    }
+}
 
 /// A flow whose transition is to be found.
 pub(super) struct Following<'a> {
@@ -38,20 +62,47 @@ pub(super) struct Following<'a> {
 }
 
 impl Following<'_> {
-    /// Leads a flow with fixed transition to one with free transition. Problem and unknowns hold the last state.
+    /// Leads a flow with fixed transition to one with free transition. Where that is not found, problem and unknowns hold
+    /// the last flow with fixed transition.
     pub fn follow(&self, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
         let mut steps = before.steps;
+        let mut rules = [Rule::default(); 2];
+        let mut ended = before;
+        for near in NEAR {
+            self.approach(problem, unknowns, &mut rules, near, &mut steps);
+            let (released, state, end) = self.released(problem, unknowns);
+            steps += end.steps;
+            ended = Ended { steps, ..end };
+            if ended.converged {
+                (*problem, *unknowns) = (released, state);
+                break;
+            }
+        }
+        ended
+    }
+
+    /// Moves transition until it stands within the share `near` of the way to the nearer end of the side from its wanted
+    /// place.
+    fn approach(
+        &self,
+        problem: &mut Problem,
+        unknowns: &mut Unknowns,
+        rules: &mut [Rule; 2],
+        near: f64,
+        steps: &mut usize,
+    ) {
         for _ in 0..FLOWS {
             let now = TRANSITION.map(|g| unknowns.globals[g]);
-            let wanted = Side::BOTH.map(|side| self.wanted(problem, unknowns, side));
             let lengths = Side::BOTH.map(|side| side.length(unknowns.globals[STAGNATION], self.total));
-            let far = |k: usize| (wanted[k] - now[k]).abs() > NEAR * now[k].min(lengths[k] - now[k]);
+            let moves: [f64; 2] =
+                std::array::from_fn(|k| rules[k].next(now[k], self.wanted(problem, unknowns, Side::BOTH[k]) - now[k]));
+            let far = |k: usize| moves[k].abs() > near * now[k].min(lengths[k] - now[k]);
             if !far(0) && !far(1) {
-                break;
+                return;
             }
             let moved = SHARES.into_iter().find_map(|share| {
                 let places = std::array::from_fn(|k| {
-                    let place = now[k] + share * (wanted[k] - now[k]);
+                    let place = now[k] + share * moves[k];
                     let rest = lengths[k] - now[k];
                     place.clamp(
                         (now[k] / MOVE).max(lengths[k] - MOVE * rest),
@@ -59,20 +110,23 @@ impl Following<'_> {
                     )
                 });
                 let (next, state, ended) = self.fixed(problem, unknowns, places, lengths)?;
-                steps += ended.steps;
+                *steps += ended.steps;
                 ended.converged.then_some((next, state))
             });
-            let Some((next, state)) = moved else { break };
+            let Some((next, state)) = moved else { return };
             (*problem, *unknowns) = (next, state);
         }
+    }
+
+    /// The flow with transition let go.
+    fn released(&self, problem: &Problem, unknowns: &Unknowns) -> (Problem, Unknowns, Ended) {
         let settings = self.settings;
         let released = Problem { fixed_transition: None, ..problem.clone() };
+        let mut state = unknowns.clone();
         let limits =
             Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
-        let mut ended = solve(&released, None, unknowns, &limits);
-        *problem = released;
-        ended.steps += steps;
-        ended
+        let ended = solve(&released, None, &mut state, &limits);
+        (released, state, ended)
     }
 
     /// The flow with transition kept at other places, from one nearby.
@@ -114,5 +168,23 @@ impl Following<'_> {
         let rise = (b - a) / (arcs[first] - arcs[first - 1]);
         let place = if rise > 0.0 { arcs[first] + (critical - b) / rise } else { limit };
         place.max(0.0).min(limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wanted_place_that_swings_is_found() {
+        // a bubble: three times as far back as transition goes forward
+        let wanted = |place: f64| 0.3 - 3.0 * (place - 0.3);
+        let (mut place, mut rule) = (0.36, Rule::default());
+        for _ in 0..3 {
+            place += rule.next(place, wanted(place) - place);
+        }
+        assert!((place - 0.3).abs() < 1e-12, "{place}");
+        // a place that does not depend on transition is gone to at once
+        assert!((Rule::default().next(0.2, 0.1) - 0.1).abs() < 1e-15);
     }
 }

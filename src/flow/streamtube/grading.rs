@@ -7,7 +7,7 @@ use crate::differentiate::{Tangent, lift_root};
 use crate::scalar::Scalar;
 
 /// Number of stations and lines of a grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Size {
     /// Cells on each side of the section.
     pub wall: usize,
@@ -17,12 +17,19 @@ pub(super) struct Size {
     pub behind: usize,
     /// Tubes on each side of the dividing line.
     pub tubes: usize,
+    /// Largest stream function of the domain, which is its half height far away, in chords.
+    pub reach: f64,
 }
 
-/// Largest stream function of the domain, which is its half height far away, in chords.
-const HEIGHT: f64 = 2.5;
-/// Length of the domain ahead of the nose and behind the trailing edge, in chords.
-const LENGTH: f64 = 1.75;
+impl Size {
+    /// Length of the domain ahead of the nose and behind the trailing edge, in chords.
+    fn length(&self) -> f64 {
+        LENGTH * self.reach
+    }
+}
+
+/// Length of the domain ahead of the nose and behind the trailing edge over its half height.
+const LENGTH: f64 = 0.8;
 /// Stream function of the first tube. It must be thin against the nose radius.
 const FIRST_TUBE: f64 = 0.003;
 
@@ -41,6 +48,8 @@ pub(super) struct Stations {
     pub fractions: Vec<f64>,
     /// Number of cells ahead of the nose.
     pub ahead: usize,
+    /// Length of the domain ahead of the nose, in chords.
+    pub length: f64,
     /// Distances behind the trailing edge in chords, from the edge (0) on.
     pub behind: Vec<f64>,
     /// Stream function of the lines, from the dividing line (0) on.
@@ -59,14 +68,20 @@ impl Stations {
             (3..size.wall - 1).fold(3, |best, k| if away(k) < away(best) { k } else { best })
         };
         let turning = turning.map(nearest);
-        let behind = geometric(last, LENGTH, size.behind);
-        Self { fractions, ahead: size.ahead, behind, heights: geometric(FIRST_TUBE, HEIGHT, size.tubes), turning }
+        Self {
+            fractions,
+            ahead: size.ahead,
+            length: size.length(),
+            behind: geometric(last, size.length(), size.behind),
+            heights: geometric(FIRST_TUBE, size.reach, size.tubes),
+            turning,
+        }
     }
 
     /// Distances ahead of the nose in the plane of the parabola, from the nose (0) on, for the first step on the wall in
     /// that plane.
     pub fn ahead<S: Scalar>(&self, first: S) -> Vec<S> {
-        geometric(first, (2.0 * LENGTH).sqrt(), self.ahead)
+        geometric(first, (2.0 * self.length).sqrt(), self.ahead)
     }
 
     /// Number of stations.
@@ -136,15 +151,12 @@ mod tests {
 
     #[test]
     fn places_rise_and_end_where_they_should() {
-        let size = Size { wall: 40, ahead: 10, behind: 12, tubes: 8 };
+        let size = Size { wall: 40, ahead: 10, behind: 12, tubes: 8, reach: 2.5 };
         let stations = Stations::new(size, [0.1, 0.2]);
         let ahead = stations.ahead(0.01);
-        for (places, end) in [
-            (&stations.fractions, 1.0),
-            (&ahead, 3.5f64.sqrt()),
-            (&stations.behind, LENGTH),
-            (&stations.heights, HEIGHT),
-        ] {
+        for (places, end) in
+            [(&stations.fractions, 1.0), (&ahead, 2.0), (&stations.behind, 2.0), (&stations.heights, 2.5)]
+        {
             assert!(places[0] == 0.0 && places.windows(2).all(|w| w[0] < w[1]));
             assert!((places[places.len() - 1] - end).abs() < 1e-9);
         }

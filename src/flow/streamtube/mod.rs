@@ -11,8 +11,10 @@
 //! of [`tubes`]), the
 //! [`far_field`] and the boundary layer ([`layer_kernels`], which call the equations of the
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
-//! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts and [`rows`], [`newton`] iterates, and [`start`] leads from nothing to a flow.
-//! [`adjoint`] differentiates a solution by the [`transposed`] system, with the linearised system that [`kept`] holds. [`solver`] is the door, [`record`] what a solution keeps, [`status`] says whether
+//! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts and [`rows`], [`newton`]
+//! iterates, [`guess`] says where a flow may begin, and [`start`] leads from nothing to it. [`adjoint`] differentiates a
+//! solution by the [`transposed`] system, with the linearised system that [`kept`] holds. [`solver`] is the door,
+//! [`record`] what a solution keeps, [`status`] says whether
 //! it holds. [`gas`] and [`settings`] hold numbers.
 //!
 //! This module depends on the [`layer`](super::layer) and, for the frame of a section and the first guess, on the
@@ -30,6 +32,7 @@ mod follow;
 mod gas;
 mod geometry;
 mod grading;
+mod guess;
 mod kept;
 mod kernel;
 mod layer_kernels;

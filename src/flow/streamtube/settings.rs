@@ -10,7 +10,11 @@ pub struct StreamtubeSettings {
     pub cells: usize,
     /// Number of tubes above and below the section each, from 8 to 100.
     pub tubes: usize,
-    /// Largest residual of a converged solution, without dimension, from 1e-11 to 1e-3.
+    /// Distance of the outer lines from the section far away, in chords, from 1 to 50. The domain reaches four fifths of it
+    /// ahead of the nose and behind the trailing edge.
+    pub reach: f64,
+    /// Largest residual of a converged solution, without dimension, from 1e-13 to 1e-3. Below
+    /// what round-off leaves, iterations end with the last step that changes nothing.
     pub tolerance: f64,
     /// Largest number of Newton steps of one stage of a start.
     pub iterations: usize,
@@ -20,7 +24,7 @@ pub struct StreamtubeSettings {
 
 impl Default for StreamtubeSettings {
     fn default() -> Self {
-        Self { cells: 120, tubes: 24, tolerance: 1e-10, iterations: 60, retry: true }
+        Self { cells: 120, tubes: 24, reach: 5.0, tolerance: 1e-10, iterations: 60, retry: true }
     }
 }
 
@@ -35,13 +39,14 @@ impl StreamtubeSettings {
         };
         check("number of cells", self.cells as f64, (40..=400).contains(&self.cells), "from 40 to 400")?;
         check("number of tubes", self.tubes as f64, (8..=100).contains(&self.tubes), "from 8 to 100")?;
+        check("reach of the domain", self.reach, (1.0..=50.0).contains(&self.reach), "from 1 to 50")?;
         let tolerance = self.tolerance;
-        check("tolerance", tolerance, (1e-11..=1e-3).contains(&tolerance), "from 1e-11 to 1e-3")
+        check("tolerance", tolerance, (1e-13..=1e-3).contains(&tolerance), "from 1e-13 to 1e-3")
     }
 
     pub(super) fn size(&self) -> Size {
         // about as many stations ahead and behind as the cells of a side demand
         let outside = (self.cells / 4).max(16);
-        Size { wall: self.cells, ahead: outside, behind: outside, tubes: self.tubes }
+        Size { wall: self.cells, ahead: outside, behind: outside, tubes: self.tubes, reach: self.reach }
     }
 }

@@ -4,6 +4,7 @@ use super::equations::Held;
 use super::follow::Following;
 use super::gas::Parameters;
 use super::grading::Stations;
+use super::guess::{Guessing, SHIFT, USUAL_TRANSITION, turning_of_trips};
 use super::newton::{Ended, Limits, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::record::StreamtubeRecord;
@@ -28,18 +29,12 @@ const MACH: [f64; 2] = [0.1, 0.9];
 const LARGEST_INCIDENCE: f64 = 15.0;
 /// Strength and threshold of the dissipation.
 const DISSIPATION: (f64, f64) = (1.0, 0.98);
-/// Fraction of a side at which a free layer is taken to turn turbulent where nothing better is known.
-const USUAL_TRANSITION: f64 = 0.35;
 /// Factor by which transition is expected earlier where that of the slow flow leads to nothing.
 const EARLY: f64 = 0.4;
 /// Mach number of the flow from which the place of free transition is guessed.
 const GUESS_MACH: f64 = 0.4;
-/// Largest distance, as fraction of the side, between transition and the station at which it was expected.
-const SHIFT: f64 = 0.35;
 /// Cells a side and tubes of the grid that is tried last.
 const COARSE: [usize; 2] = [60, 14];
-/// Difference between the fraction of a side and the place x of a point behind a usual nose.
-const NOSE: f64 = 0.02;
 /// A first guess of a flow.
 #[derive(Debug, Clone, Copy)]
 struct Start {
@@ -48,14 +43,17 @@ struct Start {
     panel: bool,
     /// Whether a lift that is sought is held from the slow flow on.
     lift_first: bool,
+    /// Whether free transition is expected early, which keeps laminar layers from separating on the way.
+    early: bool,
 }
 
 /// The guesses in the order in which they are tried.
-const START: [Start; 4] = [
-    Start { name: "from the panel flow", panel: true, lift_first: false },
-    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true },
-    Start { name: "from the nose", panel: false, lift_first: false },
-    Start { name: "from the nose with the lift held", panel: false, lift_first: true },
+const START: [Start; 5] = [
+    Start { name: "from the panel flow", panel: true, lift_first: false, early: false },
+    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: false },
+    Start { name: "from the panel flow with early transition", panel: true, lift_first: false, early: true },
+    Start { name: "from the nose", panel: false, lift_first: false, early: true },
+    Start { name: "from the nose with the lift held", panel: false, lift_first: true, early: true },
 ];
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
@@ -221,15 +219,14 @@ impl StreamtubeSection {
         None
     }
 
-    /// Fractions of the sides at which the layers turn turbulent at trips. They depend on the condition alone, so that
-    /// the stations do not hop while a shape is changed: the way round a usual nose is added to the place of the trip.
-    fn turning_of_trips(&self, condition: &Condition) -> [Option<f64>; 2] {
-        condition.trips.map(|trip| trip.filter(|x| *x < 1.0).map(|x| x + NOSE * (1.0 - x) * (1.0 - (-x / NOSE).exp())))
-    }
-
     /// The fractions at which stations should be laid for transition, where they stand too far from it.
     fn misplaced(&self, problem: &Problem, unknowns: &Unknowns) -> Option<[f64; 2]> {
         let stations = &problem.grid.stations;
+        let trips = turning_of_trips(problem.trips).map(|turning| turning.unwrap_or(f64::NAN));
+        let laid_for_trips = {
+            let tripped = Stations::new(self.solver.settings.size(), trips).turning;
+            [0, 1].map(|k| tripped[k] == stations.turning[k])
+        };
         let fraction = |side: Side| {
             let length = side.length(unknowns.globals[STAGNATION], self.curve.total());
             unknowns.globals[TRANSITION[side.index()]] / length
@@ -237,7 +234,9 @@ impl StreamtubeSection {
         let far = |side: Side| {
             let k = side.index();
             let mut expected = stations.fractions[stations.turning[k]];
-            if let Some(x) = problem.trips[k].filter(|x| *x < 1.0) {
+            if laid_for_trips[k]
+                && let Some(x) = problem.trips[k].filter(|x| *x < 1.0)
+            {
                 // the station follows the trip
                 let trip = self.curve.arc_length(self.curve.index_at_x(side, x));
                 let stagnation = unknowns.globals[STAGNATION];
@@ -264,9 +263,12 @@ impl StreamtubeSection {
                 attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
                 continue;
             }
-            if let Some(fine) = self.refined(condition, &found)
-                && (fine.ended.converged || !retry)
-            {
+            let direct = self.refined(condition, &found);
+            if !retry && let Some(fine) = direct {
+                return fine;
+            }
+            let fine = direct.filter(|fine| fine.ended.converged);
+            if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &found)) {
                 return fine;
             }
             attempts.push(Attempt::of("from a coarser grid", found.ended.steps, found.ended.residual));
@@ -300,16 +302,12 @@ impl StreamtubeSection {
         let mut problem = self.problem(condition, turning);
         let globals = coarse.unknowns.globals;
         let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
-        let free = turning != self.turning_of_trips(condition).map(|turning| turning.unwrap_or(f64::NAN));
-        let limits = self.last();
-        let mut ended = if free {
-            problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-            solve(&problem, None, &mut unknowns, &Limits { tolerance: NEARLY, ..limits })
-        } else {
-            solve(&problem, None, &mut unknowns, &limits)
-        };
+        // transition on the finer grid may be elsewhere; it is kept until the flow stands
+        problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
+        let limits = Limits { tolerance: NEARLY, ..self.last() };
+        let mut ended = solve(&problem, None, &mut unknowns, &limits);
         ended.steps += coarse.ended.steps;
-        if free && ended.converged {
+        if ended.converged {
             ended = self.followed(condition, &mut problem, &mut unknowns, ended);
         }
         Some(Found { problem, unknowns, ended })
@@ -317,7 +315,7 @@ impl StreamtubeSection {
 
     /// Fractions of the sides at which the layers of a flow turn turbulent, with those of the trips where they do there.
     fn turning_of(&self, condition: &Condition, unknowns: &Unknowns) -> [f64; 2] {
-        let trips = self.turning_of_trips(condition);
+        let trips = turning_of_trips(condition.trips);
         let stagnation = unknowns.globals[STAGNATION];
         Side::BOTH.map(|side| {
             let (k, length) = (side.index(), side.length(stagnation, self.curve.total()));
@@ -338,7 +336,7 @@ impl StreamtubeSection {
 
     /// Leads a flow with fixed transition to one with free transition.
     fn followed(&self, condition: &Condition, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
-        let trips = self.turning_of_trips(condition);
+        let trips = turning_of_trips(condition.trips);
         let lay = |fractions: [f64; 2]| {
             let at = |k: usize| match trips[k] {
                 // close to a trip the stations are those of the trip
@@ -356,13 +354,27 @@ impl StreamtubeSection {
         following.follow(problem, unknowns, before)
     }
 
+    /// Goes on from a flow on a coarser grid to one between that and the one that is wanted, and from there.
+    fn refined_by_way_of_another(&self, condition: &Condition, coarse: &Found) -> Option<Found> {
+        let between = |from: usize, to: usize| ((from * to) as f64).sqrt().round() as usize;
+        let (grid, settings) = (&coarse.problem.grid, &self.solver.settings);
+        let cells = between(grid.stations.fractions.len() - 1, settings.cells);
+        let middle = self.on_grid([cells, between(grid.half(), settings.tubes)]).refined(condition, coarse)?;
+        let fine = if middle.ended.converged { self.refined(condition, &middle) } else { None };
+        fine.filter(|fine| fine.ended.converged)
+    }
+
     /// This section for a coarser grid; `None` where the grid is coarse already.
     fn on_a_coarser_grid(&self) -> Option<Self> {
         let settings = self.solver.settings;
-        let [cells, tubes] = COARSE;
-        let finer = settings.cells > cells && settings.tubes > tubes;
-        let solver = StreamtubeSolver { settings: StreamtubeSettings { cells, tubes, ..settings } };
-        finer.then(|| Self { panels: self.panels.clone(), curve: self.curve.clone(), solver })
+        let finer = settings.cells > COARSE[0] && settings.tubes > COARSE[1];
+        finer.then(|| self.on_grid(COARSE))
+    }
+
+    /// This section for a grid with other cells and tubes.
+    fn on_grid(&self, [cells, tubes]: [usize; 2]) -> Self {
+        let solver = StreamtubeSolver { settings: StreamtubeSettings { cells, tubes, ..self.solver.settings } };
+        Self { panels: self.panels.clone(), curve: self.curve.clone(), solver }
     }
 
     /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are
@@ -371,23 +383,22 @@ impl StreamtubeSection {
         &self,
         condition: &Condition,
         slow: Option<&Solution>,
-        Start { panel, lift_first, .. }: Start,
+        Start { panel, lift_first, early, .. }: Start,
         attempts: &mut Vec<Attempt>,
     ) -> Found {
-        let mut turning = self.first_turning(condition, slow);
-        let mut guess = Guess { lift_first, ..self.guess(condition, panel) };
+        let guessing = Guessing::new(&self.panels, &self.curve);
+        let mut guess = Guess { lift_first, ..guessing.outer(condition, panel) };
+        let mut turning = guessing.turning(condition, slow, guess.alpha);
         guess.layers = slow.map(|solution| {
             let distributions = solution.distributions();
             [distributions.upper, distributions.lower]
         });
-        let trips = self.turning_of_trips(condition);
-        if !panel {
-            // early transition keeps laminar layers from separating in the slow flow
+        let trips = turning_of_trips(condition.trips);
+        if early {
             turning =
                 std::array::from_fn(|k| if trips[k] == Some(turning[k]) { turning[k] } else { EARLY * turning[k] });
         }
         let mut problem = self.problem(condition, turning);
-        guess.free = (0..2).any(|k| trips[k] != Some(turning[k]));
         for side in Side::BOTH {
             let (k, length) = (side.index(), side.length(guess.stagnation, self.curve.total()));
             let trip = self.trip(condition, side).filter(|_| trips[k] == Some(turning[k]));
@@ -397,11 +408,9 @@ impl StreamtubeSection {
             };
         }
         let (mut unknowns, mut ended) = climb(&problem, &guess, &self.solver.settings);
-        if guess.free {
-            problem.fixed_transition = Some(guess.transition);
-            if ended.converged {
-                ended = self.followed(condition, &mut problem, &mut unknowns, ended);
-            }
+        problem.fixed_transition = Some(guess.transition);
+        if ended.converged {
+            ended = self.followed(condition, &mut problem, &mut unknowns, ended);
         }
         self.laid_anew(condition, Found { problem, unknowns, ended }, attempts)
     }
@@ -435,54 +444,10 @@ impl StreamtubeSection {
     /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are
     /// guessed from it.
     fn slow(&self, condition: &Condition) -> Option<Solution> {
-        let incidence = Incidence::Alpha(self.panels.nodes.frame.alpha(self.guess(condition, true).alpha));
+        let alpha = Guessing::new(&self.panels, &self.curve).alpha(condition);
+        let incidence = Incidence::Alpha(self.panels.nodes.frame.alpha(alpha));
         let slower = Condition { mach: condition.mach.min(GUESS_MACH), incidence, ..*condition };
         let settings = Settings { retry: false, ..Settings::default() };
         self.panels.analyze(&slower, &settings, None).ok().filter(Solution::is_solved)
-    }
-
-    /// Fractions of the sides at which transition is expected: at the trips, or where the slower flow has it without
-    /// them or far ahead of them.
-    fn first_turning(&self, condition: &Condition, slow: Option<&Solution>) -> [f64; 2] {
-        let trips = self.turning_of_trips(condition);
-        let found = slow.map_or([USUAL_TRANSITION; 2], |s| s.coefficients.transition);
-        std::array::from_fn(|k| match (trips[k], condition.trips[k]) {
-            (Some(turning), Some(x)) if slow.is_none() || found[k] > (1.0 - SHIFT) * x => turning,
-            _ => found[k].clamp(0.01, 0.97),
-        })
-    }
-
-    /// The first guess of the outer flow.
-    fn guess(&self, condition: &Condition, panel: bool) -> Guess {
-        let panels = &self.panels.response.panels;
-        let frame = &self.panels.nodes.frame;
-        let lift = |alpha: f64| self.panels.inviscid(frame.alpha(alpha), 0.0).map_or(0.0, |flow| flow.cl);
-        let alpha = match condition.incidence {
-            Incidence::Alpha(alpha) => frame.incidence(alpha),
-            Incidence::Lift(wanted) => {
-                // by the rule of Prandtl and Glauert
-                let slow = wanted * (1.0 - condition.mach * condition.mach).sqrt();
-                let zero = lift(0.0);
-                ((slow - zero) / (lift(0.1) - zero) * 0.1).clamp(-0.2, 0.2)
-            }
-        };
-        let speeds = panels.strengths(alpha);
-        let nose = self.curve.arc_length(self.curve.nose());
-        let crossing = (1..speeds.len()).filter(|&k| speeds[k - 1] > 0.0 && speeds[k] <= 0.0);
-        let places = crossing.map(|k| {
-            let share = speeds[k - 1] / (speeds[k - 1] - speeds[k]);
-            self.curve.arc_length((k - 1) as f64 + share)
-        });
-        let stagnation = places.min_by(|a, b| (a - nose).abs().total_cmp(&(b - nose).abs())).unwrap_or(nose);
-        Guess {
-            stagnation: if panel { stagnation } else { nose },
-            circulation: if panel { 0.5 * lift(alpha) } else { 0.0 },
-            alpha,
-            transition: [0.0; 2],
-            relaxed: panel,
-            free: false,
-            lift_first: false,
-            layers: None,
-        }
     }
 }

@@ -45,8 +45,6 @@ pub(super) struct Guess {
     pub transition: [f64; 2],
     /// Whether small speeds may change by more than a quarter of themselves.
     pub relaxed: bool,
-    /// Whether a layer is expected to turn turbulent elsewhere than at a trip.
-    pub free: bool,
     /// Whether a lift that is sought is held from the slow flow on, and not put in at the end. Close to an angle at which
     /// the flow jumps from one branch to another, there may be no flow at the angle that is guessed.
     pub lift_first: bool,
@@ -54,21 +52,17 @@ pub(super) struct Guess {
     pub layers: Option<[Vec<StationFlow>; 2]>,
 }
 
-/// Solves `problem` from nothing; the unknowns hold the last state. Where transition is free it is kept where the guess
-/// has it.
+/// Solves `problem` from nothing; the unknowns hold the last state. Transition is kept where the guess has it, at trips
+/// too: a layer that would turn turbulent ahead of its trip in one of the flows on the way would drag its stations along.
 pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
     let limits =
         |steps: usize, tolerance: f64| Limits { steps, tolerance, stride: 1.0, hold: 0.5, relaxed: guess.relaxed };
-    let released = problem;
-    let free = guess.free;
     let lifted = problem.held == Held::Lift;
-    // free transition is kept where it is expected until the flow stands, and the lift is not held before
-    let fixed_transition = if free { Some(guess.transition) } else { problem.fixed_transition };
     let mut target = problem.parameters;
     if lifted {
         target.incidence = guess.alpha;
     }
-    let lifted_flow = Problem { fixed_transition, ..released.clone() };
+    let lifted_flow = Problem { fixed_transition: Some(guess.transition), ..problem.clone() };
     let angled_flow = Problem { held: Held::Angle, parameters: target, ..lifted_flow.clone() };
     let stages = |of: &Problem| {
         let target = of.parameters;
@@ -83,7 +77,7 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         Ended { steps: total, ..ended }
     };
 
-    let mut inviscid = Problem { parameters: slow, fixed_transition: Some(guess.transition), ..problem.clone() };
+    let mut inviscid = Problem { parameters: slow, ..problem.clone() };
     inviscid.grid.viscous = false;
     let mut unknowns = first_guess(&inviscid, guess);
     counted(solve(&inviscid, None, &mut unknowns, &limits(3, 1e-4)));
@@ -116,17 +110,14 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if !ended.converged {
         return (unknowns, ended);
     }
-    let end = limits(settings.iterations, settings.tolerance);
+    let end = limits(settings.iterations, NEARLY);
     let late = lifted && !at_once;
-    let tolerance = if free || late { NEARLY } else { settings.tolerance };
-    let last = Limits { stride: 0.34, hold: 0.1, tolerance, ..end };
+    let last = Limits { stride: 0.34, hold: 0.1, ..end };
     let mut ended = counted(solve(problem, Some(From { parameters: strong, nodes: None }), &mut unknowns, &last));
     if late && ended.converged {
         let reached = lift(problem, &unknowns);
-        let from = From { parameters: Parameters { incidence: reached, ..released.parameters }, nodes: None };
-        let to = &lifted_flow;
-        let limits = if free { Limits { tolerance: NEARLY, ..end } } else { end };
-        ended = counted(solve(to, Some(from), &mut unknowns, &limits));
+        let from = From { parameters: Parameters { incidence: reached, ..lifted_flow.parameters }, nodes: None };
+        ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &end));
     }
     (unknowns, ended)
 }

@@ -12,7 +12,7 @@ use crate::section::SectionDefinition;
 use std::any::Any;
 
 const SMALL: StreamtubeSettings =
-    StreamtubeSettings { cells: 60, tubes: 14, tolerance: 1e-10, iterations: 60, retry: true };
+    StreamtubeSettings { cells: 60, tubes: 14, reach: 5.0, tolerance: 1e-10, iterations: 60, retry: true };
 
 /// Nodes and edge of a section by its name.
 fn section(name: &str) -> (Vec<[f64; 2]>, TrailingEdge) {

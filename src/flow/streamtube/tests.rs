@@ -21,7 +21,7 @@ use std::sync::OnceLock;
 
 /// A grid that is coarse enough for tests.
 const COARSE: StreamtubeSettings =
-    StreamtubeSettings { cells: 60, tubes: 14, tolerance: 1e-10, iterations: 60, retry: true };
+    StreamtubeSettings { cells: 60, tubes: 14, reach: 5.0, tolerance: 1e-10, iterations: 60, retry: true };
 
 fn solver() -> StreamtubeSolver {
     StreamtubeSolver { settings: COARSE }
@@ -61,15 +61,17 @@ fn peaks(record: &StreamtubeRecord) -> [Peak; 2] {
     *record.peaks()
 }
 
-/// Flow without boundary layer at an angle of attack in radians.
+/// Flow without boundary layer at an angle of attack in radians, in the domain of the programs whose values it is compared
+/// with.
 fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
     let panels = PanelledSection::new(nodes, TrailingEdge::Sharp).unwrap();
     let curve = SectionCurve::new(&panels.nodes.inside).unwrap();
     let nose = curve.arc_length(curve.nose());
     let transition = Side::BOTH.map(|side| 0.1 * side.length(nose, curve.total()));
     let parameters = Parameters { mach, reynolds: 1e6, incidence: alpha, strength: 1.0, threshold: 0.98, order: 1.0 };
+    let size = StreamtubeSettings { reach: 2.5, ..StreamtubeSettings::default() }.size();
     let problem = Problem {
-        grid: Grid { stations: Stations::new(StreamtubeSettings::default().size(), [0.1; 2]), viscous: false },
+        grid: Grid { stations: Stations::new(size, [0.1; 2]), viscous: false },
         nodes: panels.nodes.inside.clone(),
         trips: [None; 2],
         critical: 9.0,
@@ -77,19 +79,13 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64) -> [f64; OUTPUTS] {
         fixed_transition: Some(transition),
         parameters,
     };
-    let guess = Guess {
-        stagnation: nose,
-        circulation: 0.0,
-        alpha,
-        transition,
-        relaxed: true,
-        free: false,
-        lift_first: false,
-        layers: None,
-    };
+    let guess =
+        Guess { stagnation: nose, circulation: 0.0, alpha, transition, relaxed: true, lift_first: false, layers: None };
     let settings = StreamtubeSettings { tolerance: 1e-11, ..StreamtubeSettings::default() };
-    let (unknowns, ended) = climb(&problem, &guess, &settings);
+    let (mut unknowns, ended) = climb(&problem, &guess, &settings);
     assert!(ended.converged, "{ended:?}");
+    let limits = Limits { steps: 10, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
+    assert!(solve(&problem, None, &mut unknowns, &limits).converged);
     StreamtubeRecord::new(problem, unknowns, panels.nodes.clone()).outputs
 }
 
@@ -383,7 +379,7 @@ fn a_blunt_edge_is_solved_and_differentiated() {
 
 #[test]
 fn small_systems_are_solved_as_dense_ones() {
-    let size = Size { wall: 8, ahead: 3, behind: 3, tubes: 3 };
+    let size = Size { wall: 8, ahead: 3, behind: 3, tubes: 3, reach: 2.5 };
     let grid = Grid { stations: Stations::new(size, [0.3; 2]), viscous: true };
     let further = 2;
     let mut band = super::band::Band::new(&grid, further);

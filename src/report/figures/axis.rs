@@ -23,7 +23,13 @@ impl PlotAxis {
         // halves, because the span of very large values overflows
         let span = 2.0 * (0.5 * high - 0.5 * low);
         let least = 1e-9 * low.abs().max(high.abs()).max(1e-9);
-        let pad = if span > least { 0.04 * span } else { (0.05 * low.abs()).max(if logarithmic { 0.3 } else { 1e-9 }) };
+        let pad = match span > least {
+            true => 0.04 * span,
+            false if logarithmic => (0.05 * low.abs()).max(0.3),
+            // what is zero throughout has no scale of its own
+            false if low == 0.0 => 1.0,
+            false => (0.05 * low.abs()).max(1e-9),
+        };
         (low, high) = ((low - pad).max(-1e300), (high + pad).min(1e300));
         let mut axis = Self { low, high, logarithmic, label: label.to_owned(), step: 1.0 };
         axis.step = if logarithmic { decade_step(high - low, ticks) } else { nice_step(high - low, ticks) };
@@ -63,8 +69,11 @@ impl PlotAxis {
             (true, _) => power_of_ten(v),
             (false, true) => format!("{:.decimals$}", v + 0.0).replace('-', "\u{2212}"),
             (false, false) if v == 0.0 => "0".to_owned(),
-            // the rounding removes the noise of first × step
-            (false, false) => format!("{:e}", (v / self.step).round() * self.step).replace('-', "\u{2212}"),
+            (false, false) => {
+                // as many digits as the step has behind the first of the value, without the noise of first × step
+                let digits = (v.abs().log10().floor() - self.step.log10().floor()).clamp(0.0, 12.0) as usize;
+                format!("{v:.digits$e}").replace('-', "\u{2212}")
+            }
         };
         let share = |v: f64| (v - self.low) / (self.high - self.low);
         (0..=count)
@@ -150,6 +159,10 @@ mod tests {
         assert_eq!(labels(&axis), ["0", "1", "2", "3", "4"]);
         let axis = PlotAxis::around([0.0, 3e6].into_iter(), false, "Re", 3.0);
         assert_eq!(labels(&axis), ["0", "1e6", "2e6", "3e6"]);
+        let axis = PlotAxis::around([-1.04e-14, 2.6e-15].into_iter(), false, "small", 6.0);
+        assert_eq!(labels(&axis)[..2], ["\u{2212}1.0e\u{2212}14", "\u{2212}8e\u{2212}15"]);
+        let axis = PlotAxis::around([0.0; 3].into_iter(), false, "zero", 4.0);
+        assert_eq!(labels(&axis), ["\u{2212}1.0", "\u{2212}0.5", "0.0", "0.5", "1.0"]);
         for values in [[0.0, 0.0], [5.0, 5.0], [-1e300, 1e300], [1e-300, 2e-300], [f64::NAN, f64::INFINITY]] {
             for logarithmic in [false, true] {
                 let axis = PlotAxis::around(values.into_iter(), logarithmic, "", 5.0);

@@ -33,5 +33,5 @@ pub use analysis::{AnalysisReport, ErrorReport, FlowDerivatives, FlowGradientsRe
 pub use evaluation::{BoundsReport, CaseEntry, CaseList, EvaluationReport};
 pub use gradients::{DerivativeReport, GradientsReport};
 pub use named::{Named, identifier, identifiers};
-pub use run::{ActiveBoundReport, ConstraintReport, RunReport, Side};
+pub use run::{ActiveBoundReport, ConstraintReport, DragParts, DragReport, RunReport, Side};
 pub use section::{CurveReport, Dimension, SectionReport, repairs};

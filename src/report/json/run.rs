@@ -3,7 +3,8 @@
 use super::named::without_value;
 use super::{Named, identifiers};
 use crate::case::{Case, CaseOutcome};
-use crate::design::{Problem, ProblemDescription, TargetDistance};
+use crate::design::{DesignProblem, Problem, ProblemDescription, Shape, TargetDistance};
+use crate::flow::Solution;
 use crate::optimize::{Optimizer, REACHED, Termination};
 use serde::Serialize;
 
@@ -50,6 +51,8 @@ pub struct RunReport {
     pub active_bounds: Named<ActiveBoundReport>,
     /// Name of the flow solver, which the run never changed; `None` without a flow.
     pub flow_solver: Option<&'static str>,
+    /// Drag and its parts at every operating point; empty without a flow.
+    pub drag: Vec<DragReport>,
     /// A sentence for everything that was mended in the files of the case.
     pub repairs: Vec<String>,
     /// Smallest fold indicator of the box; `None` without a box.
@@ -62,6 +65,43 @@ pub struct RunReport {
     pub target_distance: Option<TargetDistance>,
     /// For every name of a quantity or a variable a name that programming languages accept.
     pub identifiers: Named<String>,
+}
+
+/// Drag at an operating point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DragReport {
+    /// Name of the operating point; empty where there is one without a name.
+    pub point: String,
+    /// Drag of the start; `None` without a flow that holds.
+    pub initial: Option<DragParts>,
+    /// Drag of the best design; `None` without a flow that holds.
+    pub end: Option<DragParts>,
+}
+
+/// Drag coefficient with its parts. Friction and pressure add up to the whole; what shocks cost is within the pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DragParts {
+    /// Drag coefficient.
+    pub cd: f64,
+    /// Drag coefficient of the friction.
+    pub cd_friction: f64,
+    /// Drag coefficient of the pressure.
+    pub cd_pressure: f64,
+    /// Drag coefficient of shocks; zero by a solver that knows none.
+    pub cd_wave: f64,
+}
+
+/// Drag at every operating point of a problem about a shape; `None` for a point without a flow that holds.
+fn drag_of(problem: &DesignProblem, shape: Option<&Shape>) -> Vec<Option<DragParts>> {
+    let flows = shape.and_then(|shape| problem.flows(shape)).map(|flows| flows.solutions).unwrap_or_default();
+    let parts = |s: &Solution| DragParts {
+        cd: s.coefficients.cd,
+        cd_friction: s.cd_friction,
+        cd_pressure: s.cd_pressure,
+        cd_wave: s.cd_wave,
+    };
+    let of = |k: usize| flows.get(k)?.as_ref().ok().filter(|s| s.is_solved()).map(parts);
+    (0..problem.operating_points().len()).map(of).collect()
 }
 
 /// A side of the bounds of a variable.
@@ -109,6 +149,7 @@ impl RunReport {
         let evaluation = outcome.evaluation.as_ref();
         let start = case.problem.start_values();
         // a start without a value is no error of a run that went on from there
+        let initial_drag = drag_of(&case.problem, case.problem.shape(&start).ok().as_ref());
         let initial: Vec<Option<f64>> = case.problem.values_at(&start).into_iter().map(Result::ok).collect();
         let weighted = initial.iter().zip(case.problem.objective_weights()).filter(|(_, weight)| **weight != 0.0);
         let initial_objective = weighted.map(|(value, weight)| Some((*value)? * weight)).sum();
@@ -124,6 +165,9 @@ impl RunReport {
         let value = |name: &String| names.iter().position(|n| n == name).and_then(|k| at_end[k]);
         let constrained: Vec<Option<f64>> = problem.constraint_names.iter().map(value).collect();
         let values = |of: &dyn Fn(usize) -> Option<f64>| Named::new(names, (0..names.len()).map(of));
+        let end_drag = drag_of(&case.problem, Some(&end.shape));
+        let points = case.problem.operating_points().iter().zip(initial_drag.into_iter().zip(end_drag));
+        let drag = points.map(|(point, (initial, end))| DragReport { point: point.name.clone(), initial, end });
         Self {
             case: case.name.clone(),
             optimizer: case.method.name(),
@@ -144,6 +188,7 @@ impl RunReport {
             initial_variables: Named::by_variable(&case.problem, &start),
             active_bounds: active_bounds(case, end),
             flow_solver: case.problem.flow_solver(),
+            drag: drag.collect(),
             repairs: case.repairs(),
             min_fold_indicator: end.fold.map(|f| f.smallest_indicator),
             folded: end.fold.map(|f| f.folded),
