@@ -11,7 +11,7 @@
 //!
 //! where the second term makes up for what a round nose falls back within the mean. On a nose of radius r in chords, D
 //! falls short of the farthest point by RANGE² / (8 r) chords where it is a circle and by RANGE² / (2 r) where it is a
-//! parabola, 7e-7 for a NACA 0012; on a pointed nose by RANGE / 2.
+//! parabola, 3e-7 for a NACA 0012; on a pointed nose by RANGE / 2.
 
 use crate::differentiate::Tangent;
 use crate::flow::duals::gradient;
@@ -21,7 +21,7 @@ use crate::scalar::Scalar;
 use crate::spline::GaussRule;
 
 /// Fall of the distance from the trailing edge, in chords, over which the weight falls to 1/e.
-const RANGE: f64 = 1.5e-4;
+const RANGE: f64 = 1e-4;
 /// Fall of the distance, in [`RANGE`]s, beyond which the weight is below round-off.
 const CUT: f64 = 42.0;
 /// Points of the quadrature between two nodes.
@@ -215,7 +215,7 @@ mod tests {
                 moved[i][c] += step;
                 output(&moved)
             };
-            let h = 2e-6;
+            let h = 5e-7;
             let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
             let exact = by_nodes[i][c];
             assert!((difference - exact).abs() < 1e-7 * (1.0 + exact.abs()), "{i} {c}: {difference} {exact}");
