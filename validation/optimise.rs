@@ -108,7 +108,7 @@ fn cases() -> Result<Sheet, Failure> {
         "Evaluations of the constrained optimiser",
         "An evaluation is all values with all gradients. Ours to a KKT residual of 1e-6 and a violation of 1e-8; SciPy SLSQP\n\
          and IPOPT (L-BFGS) as measured in November 2026 with the flow of that day. The evaluations in the largest box\n\
-         have no verdict: over round-off they are 179 to 286 for the bar of 200.",
+         have no verdict: over round-off they are 228 to 278 for the bar of 200.",
     );
     let mut figures = Table::new([
         ("case", Align::Left),
@@ -186,6 +186,10 @@ fn interior_point() -> Result<Sheet, Failure> {
 /// Factors of the objective, and steps that the optimiser sees as one.
 const SCALES: [f64; 4] = [1e-4, 1e-2, 1e2, 1e4];
 
+/// Cases whose rows have no verdict: round-off alone, as of a Reynolds number changed by 3e-7, leads `kulfan-7x5` to its
+/// optimum in 41 to 73 evaluations, with drag coefficients that differ by 2e-5.
+const ROUGH: [&str; 1] = ["kulfan-7x5"];
+
 fn scales(name: &str, text: &str) -> Result<Sheet, Failure> {
     let mut sheet = Sheet::new(
         &format!("Scales of objective and variables, {name}"),
@@ -200,9 +204,17 @@ fn scales(name: &str, text: &str) -> Result<Sheet, Failure> {
             let run = solve(&mut Case::parse("scaled", &text, Path::new("."))?.problem)?;
             let converged = run.outcome.status == Termination::Converged;
             sheet.statement(&format!("{what} {scale:e}: converged"), true, converged);
-            let share = run.outcome.evaluations as f64 / plain.outcome.evaluations as f64;
-            sheet.value(&format!("{what} {scale:e}: evaluations over plain"), 1.0, share, 0.2);
-            sheet.value(&format!("{what} {scale:e}: CD over plain"), 1.0, drag(&run) / factor / drag(&plain), 1e-5);
+            let evaluations = run.outcome.evaluations as f64 / plain.outcome.evaluations as f64;
+            let drag = drag(&run) / factor / drag(&plain);
+            let rows = [("evaluations", evaluations, 0.2), ("CD", drag, 1e-5)];
+            for (quantity, share, tolerance) in rows {
+                let label = format!("{what} {scale:e}: {quantity} over plain");
+                if ROUGH.contains(&name) {
+                    sheet.open(&label, 1.0, share);
+                } else {
+                    sheet.value(&label, 1.0, share, tolerance);
+                }
+            }
         }
     }
     Ok(sheet)
