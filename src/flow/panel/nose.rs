@@ -45,7 +45,8 @@ struct Point {
 }
 
 impl Point {
-    /// What the point adds to the sums. `highest` is a number near the largest ln d, which cancels.
+    /// The share of this point in the sums. Weights are taken relative to `highest`, a number near the largest ln d that
+    /// cancels in the mean.
     fn sums<S: Scalar>(&self, local: &Local<S>, tail: [S; 2], highest: f64) -> Sums<S> {
         let at = |weights: &[f64; 4]| [0, 1].map(|c| combine(&(0, weights.map(S::from)), &local.map(|p| p[c])));
         let (place, heading) = (at(&self.by_place), at(&self.by_slope));
