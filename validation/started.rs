@@ -1,6 +1,6 @@
 //! A problem with another start.
 
-use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription};
+use aeroform::design::{AnalysisFailure, DesignProblem, Evaluation, Problem, ProblemDescription, ValueAndGradient};
 use nalgebra::DMatrix;
 
 /// A problem with another start and without second derivatives.
@@ -29,6 +29,12 @@ impl Problem for Started<'_> {
     }
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.problem.metric(x)
+    }
+    fn known_constraints(&mut self, x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        self.problem.known_constraints(x)
+    }
+    fn likely_curvature(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.problem.likely_curvature(x)
     }
     fn natural_steps(&self) -> Option<Vec<f64>> {
         self.problem.natural_steps()

@@ -1,6 +1,7 @@
 //! [`DesignProblem`]: geometry, quantities, objective and constraints joined into what an optimiser sees.
 
 mod as_problem;
+mod foreknown;
 mod second_order;
 mod workspace;
 

@@ -1,5 +1,6 @@
 //! The view that an optimiser has of a design problem.
 
+use super::quantity::ValueAndGradient;
 use nalgebra::DMatrix;
 
 /// Everything one evaluation of a design problem yields.
@@ -114,6 +115,20 @@ pub trait Problem {
     fn metric(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
         None
     }
+    /// Constraints that cost next to nothing beside an evaluation, as geometry does beside a flow: value and gradient
+    /// (length n) at `x` for each of them, `None` for a constraint that takes an evaluation, in the order of
+    /// [`ProblemDescription::constraint_bounds`]. They are those of [`evaluate`](Self::evaluate). A method can follow
+    /// them to the end of a step before it evaluates there. `None`, the default, where nothing is known in advance or
+    /// at `x` nothing can be said.
+    fn known_constraints(&mut self, _x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        None
+    }
+    /// A symmetric positive semidefinite matrix (n × n) in proportion to the likely curvature of the objective near
+    /// `x`, by which directions of much and of little curvature can be told apart before a step is taken. Only its
+    /// shape counts, not its size. `None`, the default, is the identity.
+    fn likely_curvature(&mut self, _x: &[f64]) -> Option<DMatrix<f64>> {
+        None
+    }
     /// A sensible change of each variable (length n, positive, in scaled variables): methods measure steps and
     /// tolerances by it, so that a run does not depend on how the variables are scaled. `None`, the default, where the
     /// problem knows none.
@@ -149,6 +164,14 @@ impl<P: Problem + ?Sized> Problem for &mut P {
 
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         (**self).metric(x)
+    }
+
+    fn known_constraints(&mut self, x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        (**self).known_constraints(x)
+    }
+
+    fn likely_curvature(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        (**self).likely_curvature(x)
     }
 
     fn natural_steps(&self) -> Option<Vec<f64>> {

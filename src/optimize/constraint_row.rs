@@ -15,7 +15,12 @@ pub(super) struct ConstraintRow {
 impl ConstraintRow {
     /// The scaled distance of the constraint from the bound.
     pub fn value(&self, evaluation: &Evaluation) -> f64 {
-        self.factor * (evaluation.constraints[self.constraint] - self.bound)
+        self.of(evaluation.constraints[self.constraint])
+    }
+
+    /// The scaled distance of a value of the constraint from the bound.
+    pub fn of(&self, value: f64) -> f64 {
+        self.factor * (value - self.bound)
     }
 }
 

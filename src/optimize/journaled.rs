@@ -3,7 +3,7 @@
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::identity::Identity;
 use super::journal::{Answer, Journal, Record};
-use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
+use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription, ValueAndGradient};
 use nalgebra::DMatrix;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -202,6 +202,14 @@ impl<P: Problem> Problem for Journaled<P> {
     // geometry only: cheap, and the same whenever it is asked for
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.inner.metric(x)
+    }
+
+    fn known_constraints(&mut self, x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        self.inner.known_constraints(x)
+    }
+
+    fn likely_curvature(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.inner.likely_curvature(x)
     }
 
     fn residual_curvature(&mut self, x: &[f64], step: &[f64]) -> Option<Vec<f64>> {

@@ -6,7 +6,7 @@ use super::optimizer::Limits;
 use super::outcome::{OptimizeError, Outcome, Progress, Termination};
 use super::trend::{Trend, standing};
 use super::vector::distance;
-use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription};
+use crate::design::{AnalysisFailure, Evaluation, Problem, ProblemDescription, ValueAndGradient};
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -415,6 +415,20 @@ impl Problem for Ledger<'_> {
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         let fits = |m: &DMatrix<f64>| m.shape() == (x.len(), x.len()) && m.iter().all(|v| v.is_finite());
         self.problem.metric(x).filter(fits)
+    }
+
+    fn known_constraints(&mut self, x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        let whole = |(value, gradient): &ValueAndGradient| {
+            value.is_finite() && gradient.len() == x.len() && gradient.iter().all(|g| g.is_finite())
+        };
+        let constraints = self.description().constraint_bounds.len();
+        let fits = |known: &Vec<_>| known.len() == constraints && known.iter().flatten().all(whole);
+        self.problem.known_constraints(x).filter(fits)
+    }
+
+    fn likely_curvature(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        let fits = |m: &DMatrix<f64>| m.shape() == (x.len(), x.len()) && m.iter().all(|v| v.is_finite());
+        self.problem.likely_curvature(x).filter(fits)
     }
 
     fn natural_steps(&self) -> Option<Vec<f64>> {

@@ -2,7 +2,7 @@
 
 use super::optimizer::Optimizer;
 use super::outcome::Outcome;
-use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription};
+use crate::design::{AnalysisFailure, Bounds, Evaluation, Problem, ProblemDescription, ValueAndGradient};
 use crate::differentiate::{Function, VectorFunction, gradient, hessian, jacobian};
 use crate::scalar::Scalar;
 use crate::section::SectionDefinition;
@@ -17,6 +17,8 @@ pub(super) struct TestProblem<F> {
     pub(super) description: ProblemDescription,
     /// Where the analysis fails.
     fails: fn(&[f64]) -> bool,
+    /// Constraints that are known without an evaluation.
+    known: fn(usize) -> bool,
     /// Every point evaluated, in order.
     pub(super) asked: Vec<Vec<f64>>,
     pub(super) hessians: usize,
@@ -87,11 +89,16 @@ impl<F> TestProblem<F> {
             constraint_bounds: limits.iter().map(|&(lower, upper)| Bounds { lower, upper }).collect(),
             value_names: vec![],
         };
-        Self { functions, description, fails: |_| false, asked: vec![], hessians: 0 }
+        Self { functions, description, fails: |_| false, known: |_| false, asked: vec![], hessians: 0 }
     }
 
     pub(super) fn bounded(mut self, lower: f64, upper: f64) -> Self {
         self.description.variable_bounds.fill(Bounds { lower, upper });
+        self
+    }
+
+    pub(super) fn knowing(mut self, known: fn(usize) -> bool) -> Self {
+        self.known = known;
         self
     }
 
@@ -117,6 +124,12 @@ impl<F: Differentiable> Problem for TestProblem<F> {
     fn hessian(&mut self, x: &[f64]) -> Option<Result<DMatrix<f64>, AnalysisFailure>> {
         self.hessians += 1;
         self.functions.hessian(x).map(Ok)
+    }
+
+    fn known_constraints(&mut self, x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        let Evaluation { constraints, jacobian, .. } = self.functions.evaluation(x);
+        let all = constraints.into_iter().zip(jacobian).enumerate();
+        Some(all.map(|(k, row)| (self.known)(k).then_some(row)).collect())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::DesignProblem;
 use crate::design::parallel::{in_parallel_with, processors};
-use crate::design::quantity::Quantity;
+use crate::design::quantity::{Quantity, ValueAndGradient};
 use crate::design::{AnalysisFailure, DesignError, Evaluation, Problem, ProblemDescription};
 use nalgebra::DMatrix;
 
@@ -47,6 +47,14 @@ impl Problem for DesignProblem {
     }
     fn metric(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
         self.distortion(x)
+    }
+    fn known_constraints(&mut self, x: &[f64]) -> Option<Vec<Option<ValueAndGradient>>> {
+        // without a flow an evaluation costs no more than this
+        self.instruments.flow.as_ref()?;
+        self.constraints_of_shape(x).ok()
+    }
+    fn likely_curvature(&mut self, x: &[f64]) -> Option<DMatrix<f64>> {
+        self.slope_of_displacement(x)
     }
     fn natural_steps(&self) -> Option<Vec<f64>> {
         Some(self.geometry.variables().iter().map(|v| v.step / v.scale).collect())

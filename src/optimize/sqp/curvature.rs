@@ -39,15 +39,15 @@ struct Step {
 pub(super) struct Curvature {
     matrix: DMatrix<f64>,
     steps: VecDeque<Step>,
-    first: f64,
+    first: DMatrix<f64>,
     /// Number of updates the model is made of.
     updates: usize,
 }
 
 impl Curvature {
-    /// Equal curvature `first` in all of `n` directions.
-    pub fn new(n: usize, first: f64) -> Self {
-        Self { matrix: DMatrix::identity(n, n) * first, steps: VecDeque::new(), first, updates: 0 }
+    /// A model that begins with a symmetric positive definite curvature.
+    pub fn new(first: DMatrix<f64>) -> Self {
+        Self { matrix: first.clone(), steps: VecDeque::new(), first, updates: 0 }
     }
 
     pub fn matrix(&self) -> &DMatrix<f64> {
@@ -63,8 +63,7 @@ impl Curvature {
     }
 
     fn restart(&mut self) {
-        let n = self.matrix.nrows();
-        self.matrix = DMatrix::identity(n, n) * self.first;
+        self.matrix.copy_from(&self.first);
         self.updates = 0;
     }
 
@@ -129,7 +128,7 @@ mod tests {
     fn the_curvature_of_a_quadratic_is_learnt_and_follows_the_multiplier() {
         let objective = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0]);
         let constraint = DMatrix::from_row_slice(2, 2, &[-2.0, 0.5, 0.5, -1.0]);
-        let mut curvature = Curvature::new(2, 100.0);
+        let mut curvature = Curvature::new(DMatrix::identity(2, 2) * 100.0);
         for k in 0..60 {
             let angle = 1.1 * f64::from(k);
             let step = DVector::from_vec(vec![angle.cos(), angle.sin()]);
@@ -143,7 +142,7 @@ mod tests {
 
     #[test]
     fn the_model_stays_positive_where_the_curvature_is_negative() {
-        let mut curvature = Curvature::new(2, 8.0);
+        let mut curvature = Curvature::new(DMatrix::identity(2, 2) * 8.0);
         let step = DVector::from_vec(vec![1.0, 0.0]);
         curvature.update(&step, &(&step * -5.0));
         assert_relative_eq!(curvature.matrix()[(0, 0)], 8.0 * RELAXATION * DAMPING, epsilon = 1e-12);

@@ -4,6 +4,10 @@ use crate::design::{Bounds, Problem};
 use crate::optimize::vector::norm;
 use nalgebra::{DMatrix, DVector};
 
+/// Curvature in all directions that is added to what is likely, over the likely curvature along the gradient: no direction
+/// is straight.
+const LEAST_CURVATURE: f64 = 0.1;
+
 /// Free variables and their natural steps.
 pub(super) struct Frame {
     /// Natural step of every variable, fixed ones included.
@@ -58,11 +62,29 @@ impl Frame {
     /// The metric in which steps from a point are measured; the identity where the problem knows none.
     pub fn metric(&self, problem: &mut dyn Problem, x: &[f64]) -> DMatrix<f64> {
         let n = self.size();
-        let Some(metric) = problem.metric(x) else { return DMatrix::identity(n, n) };
-        DMatrix::from_fn(n, n, |i, j| {
+        problem.metric(x).map_or_else(|| DMatrix::identity(n, n), |metric| self.form(&metric))
+    }
+
+    /// A quadratic form of the variables, by the free ones in natural steps.
+    fn form(&self, of: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.size(), self.size(), |i, j| {
             let (a, b) = (self.free[i], self.free[j]);
-            metric[(a, b)] * self.steps[a] * self.steps[b]
+            of[(a, b)] * self.steps[a] * self.steps[b]
         })
+    }
+
+    /// The likely curvature near a point, in a size at which Newton's step from there is as long as the gradient; the
+    /// identity where the problem knows none.
+    pub fn likely_curvature(&self, problem: &mut dyn Problem, x: &[f64], gradient: &DVector<f64>) -> DMatrix<f64> {
+        let n = self.size();
+        let mut shaped = || {
+            let form = self.form(&problem.likely_curvature(x)?);
+            let along = gradient.dot(&(&form * gradient)) / gradient.norm_squared();
+            let matrix = form + DMatrix::identity(n, n) * (LEAST_CURVATURE * along);
+            let newton = matrix.clone().cholesky()?.solve(gradient).norm() / gradient.norm();
+            (along > 0.0 && newton > 0.0 && newton.is_finite()).then(|| matrix * newton)
+        };
+        shaped().unwrap_or_else(|| DMatrix::identity(n, n))
     }
 
     /// Euclidean norm of a gradient by the free variables in natural steps.

@@ -10,12 +10,15 @@
 //!   times the norm of the gradient and raised only where the model says that more relief can be had (Byrd, Nocedal and
 //!   Waltz 2008). Steps are no longer than a radius in the metric of the problem ([`Problem::metric`]), for a
 //!   free-form box the relative change of its cells.
+//! * **Bend.** Constraints that take no evaluation ([`Problem::known_constraints`]) are followed to the end of a step
+//!   before it is tried, and a step that they would spoil is bent back onto them.
 //! * **Judgement.** A merit function with prices from the multipliers decides. Two things stand beside it: a funnel,
 //!   a bound of the violation that narrows as the run goes on (Gould and Toint 2010), by the gradients of the constraints
 //!   and by their own units, and a few steps in a row that lower the objective as predicted though the merit function
 //!   rises, against the effect of Maratos. A step that is refused is tried again with the curvature of the constraints
 //!   taken into account.
-//! * **Curvature.** Damped BFGS that begins with too little curvature, lowers what it does not know where a step finds
+//! * **Curvature.** Damped BFGS that begins with too little curvature, in the shape that the problem takes for likely
+//!   ([`Problem::likely_curvature`]), lowers what it does not know where a step finds
 //!   less than modelled, and learns from refused steps as well. All steps are remembered with the changes of all
 //!   gradients, and the model is made anew from them with every change of the multipliers; later in a run it goes
 //!   through the latest steps twice.
@@ -25,6 +28,7 @@
 //!   way there otherwise ends on a limit from which the run does not come back. A margin is never wider than half of
 //!   what its constraint has been seen to allow.
 
+mod bend;
 mod curvature;
 mod finish;
 mod frame;

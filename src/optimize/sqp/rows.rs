@@ -82,8 +82,12 @@ pub(super) fn rows(bounds: &[Bounds], frame: &Frame, start: &Evaluation) -> Vec<
 
 /// Largest shortfall of the rows, each in its own unit.
 pub(super) fn farthest(rows: &[Row], evaluation: &Evaluation) -> f64 {
-    let shortfall = |row: &Row| -row.side.value(evaluation) / (row.side.factor.abs() * row.unit);
-    rows.iter().map(shortfall).fold(0.0, f64::max)
+    rows.iter().map(|row| beyond(row, evaluation.constraints[row.side.constraint])).fold(0.0, f64::max)
+}
+
+/// Shortfall of a row at a value of its constraint, in its own unit; negative where there is none.
+pub(super) fn beyond(row: &Row, value: f64) -> f64 {
+    -row.side.of(value) / (row.side.factor.abs() * row.unit)
 }
 
 /// Sum of the shortfalls of values that should be at least 0.

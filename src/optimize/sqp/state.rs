@@ -48,6 +48,8 @@ pub(super) struct SqpRun {
     pub leaps: Leaps,
     /// Norm of the gradient at the start.
     slope: f64,
+    /// The likely curvature at the start, in a size at which Newton's step is as long as the gradient.
+    likely: DMatrix<f64>,
 }
 
 impl SqpRun {
@@ -59,7 +61,8 @@ impl SqpRun {
         let rows = rows(&ledger.description().constraint_bounds, &frame, &evaluation);
         let metric = frame.metric(ledger, start);
         let point = Iterate::new(ledger, start, evaluation);
-        let curvature = Curvature::new(frame.size(), slope);
+        let likely = frame.likely_curvature(ledger, start, &frame.gradient(&point.evaluation.gradient));
+        let curvature = Curvature::new(&likely * slope);
         let mut run = Self {
             point,
             frame,
@@ -73,6 +76,7 @@ impl SqpRun {
             relaxed: 0,
             leaps: Leaps::default(),
             slope,
+            likely,
         };
         run.funnel = run.short(&run.point.evaluation).max(WIDEST_FUNNEL);
         run.reach = farthest(&run.rows, &run.point.evaluation).max(WIDEST_FUNNEL);
@@ -81,7 +85,7 @@ impl SqpRun {
 
     /// Begins with this first guess of a step along the gradient, and this radius.
     pub fn stepping(mut self, first_step: f64, radius: f64) -> Self {
-        self.curvature = Curvature::new(self.frame.size(), self.slope / first_step);
+        self.curvature = Curvature::new(&self.likely * (self.slope / first_step));
         self.radius = radius;
         self
     }
@@ -89,7 +93,7 @@ impl SqpRun {
     /// Forgets what the way to the point has taught, and begins from there.
     pub fn begin_again(&mut self, first_step: f64, radius: f64) {
         self.slope = self.steepness();
-        self.curvature = Curvature::new(self.frame.size(), self.slope / first_step);
+        self.curvature = Curvature::new(&self.likely * (self.slope / first_step));
         (self.radius, self.price, self.relaxed) = (radius, 0.0, 0);
         self.rows.iter_mut().for_each(|row| (row.margin, row.weight) = (0.0, 0.0));
         self.funnel = self.short(&self.point.evaluation).max(WIDEST_FUNNEL);

@@ -1,5 +1,6 @@
 //! Steps tried, and what decides whether they are taken.
 
+use super::bend::bend;
 use super::proposal::Proposal;
 use super::state::SqpRun;
 use crate::design::{Evaluation, Problem};
@@ -35,13 +36,14 @@ enum Trial {
 /// Takes one step; `None` where there is none to take.
 pub(super) fn advance(ledger: &mut Ledger<'_>, run: &mut SqpRun) -> Option<()> {
     while run.frame.size() > 0 && run.radius > LEAST_RADIUS {
-        let Some(proposal) = run.propose() else {
+        let Some(mut proposal) = run.propose() else {
             // a curvature that numbers cannot handle is forgotten
             if !run.curvature.forget() {
                 return None;
             }
             continue;
         };
+        bend(ledger, run, &mut proposal);
         match attempt(ledger, run, &proposal) {
             Trial::Accepted(Candidate { x, evaluation, ratio, relaxed }) => {
                 run.adapt(ratio, proposal.length);
@@ -83,7 +85,8 @@ fn attempt(ledger: &mut Ledger<'_>, run: &SqpRun, proposal: &Proposal) -> Trial 
     // rows as the linear model sees them, moved by what it missed
     let now = run.values(&run.point.evaluation);
     let corrected: Vec<f64> = now.iter().zip(&ends).zip(&proposal.linear).map(|((v, e), l)| v + e - l).collect();
-    let Some(second) = run.correct(&corrected) else { return Trial::Rejected(x, evaluation) };
+    let Some(mut second) = run.correct(&corrected) else { return Trial::Rejected(x, evaluation) };
+    bend(ledger, run, &mut second);
     let other = run.frame.moved(&run.point.x, &second.step);
     match ledger.evaluate(&other) {
         Ok(found) => match judge(run, proposal, &other, &found) {
