@@ -108,7 +108,8 @@ impl<T: Kept> Drop for Recycled<T> {
 /// A matrix of zeros, in memory that was [returned](give_back) earlier where there is some of the right size.
 pub(crate) fn large_zeros(rows: usize, columns: usize) -> DMatrix<f64> {
     let mut matrix = large(rows, columns);
-    matrix.fill(0.0);
+    // the matrix itself would be filled element by element
+    matrix.as_mut_slice().fill(0.0);
     matrix
 }
 

@@ -2,6 +2,8 @@
 
 use crate::plane::distance;
 use crate::section::Section;
+use crate::spline::BSplineCurve;
+use num_dual::Dual64;
 
 /// Number of samples of a section between which the node density is integrated.
 const SAMPLES: usize = 2001;
@@ -35,7 +37,7 @@ const LEAST_SMOOTHING: f64 = 5e-4;
 pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
     let curve = section.curve();
     let parameters = section.parameters(SAMPLES);
-    let samples: Vec<Sample> = parameters.iter().map(|&u| Sample::new(&curve.derivatives(u, 2))).collect();
+    let samples: Vec<Sample> = parameters.iter().map(|&u| Sample::new(curve, u)).collect();
     let mut arc = vec![0.0];
     for ends in samples.windows(2) {
         arc.push(arc[arc.len() - 1] + distance(ends[0].point, ends[1].point));
@@ -77,11 +79,11 @@ struct Sample {
 }
 
 impl Sample {
-    /// A sample from the derivatives of the curve of orders 0 to 2.
-    fn new(rows: &[[f64; 2]]) -> Self {
-        let ([dx, dy], [ddx, ddy]) = (rows[1], rows[2]);
-        let speed = dx.hypot(dy).max(f64::MIN_POSITIVE);
-        Self { point: rows[0], heading: rows[1], curvature: (dx * ddy - dy * ddx).abs() / speed.powi(3) }
+    fn new(curve: &BSplineCurve<f64, 2>, u: f64) -> Self {
+        let (point, [x, y]) = curve.point_and_tangent(Dual64::new(u, 1.0));
+        let speed = x.re.hypot(y.re).max(f64::MIN_POSITIVE);
+        let curvature = (x.re * y.eps - y.re * x.eps).abs() / speed.powi(3);
+        Self { point: point.map(|c| c.re), heading: [x.re, y.re], curvature }
     }
 }
 
@@ -91,7 +93,10 @@ fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> 
     let [share, growth] = NOSE_SMOOTHING;
     let at_nose = (share * nose.radius).max(LEAST_SMOOTHING * total);
     let (mut low, mut high) = (0, 0);
-    (0..arc.len())
+    // averages are by arc length, because the samples need not be even
+    let last = arc.len() - 1;
+    let lengths: Vec<f64> = (0..=last).map(|j| arc[(j + 1).min(last)] - arc[j.saturating_sub(1)]).collect();
+    (0..=last)
         .map(|k| {
             let reach = (at_nose + growth * (arc[k] - nose.arc).abs()).min(SMOOTHING * total);
             while arc[k] - arc[low] > reach {
@@ -100,11 +105,14 @@ fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> 
             while high + 1 < arc.len() && arc[high + 1] - arc[k] <= reach {
                 high += 1;
             }
-            // by arc length, whose samples need not be even
-            let length = |j: usize| arc[(j + 1).min(arc.len() - 1)] - arc[j.saturating_sub(1)];
-            let weights = |j: usize| (1.0 - (arc[j] - arc[k]).abs() / reach) * length(j);
-            let norm: f64 = (low..=high).map(weights).sum();
-            (low..=high).map(|j| weights(j) * samples[j].curvature).sum::<f64>() / norm
+            let (mut norm, mut sum) = (0.0, 0.0);
+            let near = arc[low..=high].iter().zip(&lengths[low..=high]).zip(&samples[low..=high]);
+            for ((place, length), sample) in near {
+                let weight = (1.0 - (place - arc[k]).abs() / reach) * length;
+                norm += weight;
+                sum += weight * sample.curvature;
+            }
+            sum / norm
         })
         .collect()
 }

@@ -268,9 +268,9 @@ fn what_is_beyond_the_model_says_so() {
     let condition = Condition { mach: 0.7, trips: [Some(0.1); 2], ..at(0.0) };
     let s = analyze(&thick, TrailingEdge::Blunt, &condition, &Settings::default(), None).unwrap();
     assert!(!s.is_reliable(), "{:?}", s.status);
-    // one iteration is not enough
+    // one iteration is not enough at a large angle
     let hasty = Settings { iterations: 1, retry: false, ..Settings::default() };
-    let s = analyze(&blunt(), TrailingEdge::Blunt, &at(4.0), &hasty, None).unwrap();
+    let s = analyze(&blunt(), TrailingEdge::Blunt, &at(10.0), &hasty, None).unwrap();
     assert!(matches!(s.status, Status::NotConverged { residual, .. } if residual > 1e-6));
     assert!(s.gradients().is_none());
 }

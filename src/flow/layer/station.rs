@@ -217,8 +217,8 @@ impl<S: Scalar> Derived<S> {
         self.thickness = shape::thickness(hk, self.theta, self.displacement);
         self.dissipation = match kind {
             Kind::Wall => {
-                self.friction = turbulent::friction(hk, re, self.mach2);
                 let wall_friction = turbulent::wall_friction(hk, re, self.mach2);
+                self.friction = turbulent::not_laminar(wall_friction, hk, re);
                 turbulent::wall_dissipation(hk, hstar, self.slip, wall_friction, self.stress, re)
             }
             Kind::Wake => turbulent::wake_dissipation(hk, hstar, self.slip, self.stress, re),

@@ -25,6 +25,24 @@ pub(crate) struct Profiles {
     slopes: Vec<State>,
 }
 
+/// The state of a layer at a distance from the stagnation point whose logarithm differs by `away` from that of a station.
+/// `state` is the state of that station, `slope` its derivative with respect to the logarithm of the distance.
+///
+/// At the stagnation point θ, the shape and the ratio of speed to distance are regular functions of the distance.
+fn similar(state: &State, slope: &State, away: f64) -> State {
+    let regular = State { log_speed: slope.log_speed - 1.0, ..*slope };
+    let state = state.step(&regular, away.exp_m1());
+    State { log_speed: state.log_speed + away, ..state }
+}
+
+/// Derivative of the state at the first station with respect to the logarithm of the distance, such that [`similar`] gives
+/// the state of the second station; `away` is the difference of the logarithms of their distances.
+fn similar_slope(first: &State, second: &State, away: f64) -> State {
+    let change = second.step(first, -1.0);
+    let regular = State { log_speed: change.log_speed - away, ..change }.map(|v| v / away.exp_m1());
+    State { log_speed: regular.log_speed + 1.0, ..regular }
+}
+
 /// Logarithms of the distances of the stations from the stagnation point, per side.
 fn logs(layout: &Layout, unknowns: &Unknowns, surface: &SurfaceMap) -> [Vec<f64>; 2] {
     Side::BOTH.map(|side| unknowns.abscissas(layout, side, surface).into_iter().map(f64::ln).collect())
@@ -42,7 +60,9 @@ impl Profiles {
                 for j in range.clone() {
                     let at = |j: usize| values[numbering.station(side, j)];
                     let slope = |a: usize, b: usize| at(b).zip(&at(a), |q, p| (q - p) / (x[b] - x[a]));
-                    slopes[numbering.station(side, j)] = if j == range.start {
+                    slopes[numbering.station(side, j)] = if j == 0 {
+                        similar_slope(&at(0), &at(1), x[1] - x[0])
+                    } else if j == range.start {
                         slope(j, j + 1)
                     } else if j + 1 == range.end {
                         slope(j - 1, j)
@@ -64,7 +84,8 @@ impl Profiles {
     }
 
     /// The state at a distance from the stagnation point, given by the logarithm, in the laminar or the turbulent
-    /// layer. Beyond the ends of a layer the state goes on in a straight line, but not far.
+    /// layer. Towards the stagnation point the state goes on as in a similar layer. Beyond the other ends of a layer it goes
+    /// on in a straight line, but not far.
     fn find(&self, side: Side, laminar: bool, log_x: f64) -> State {
         let n = &self.numbering;
         let range = if laminar { 0..n.laminar } else { n.laminar..n.side };
@@ -72,10 +93,12 @@ impl Profiles {
         if log_x <= x[range.start] || log_x >= x[range.end - 1] {
             let low = log_x <= x[range.start];
             let (end, inner) = if low { (range.start, range.start + 1) } else { (range.end - 1, range.end - 2) };
+            let (k, away) = (n.station(side, end), log_x - x[end]);
+            if low && laminar {
+                return similar(&self.values[k], &self.slopes[k], away);
+            }
             let width = (x[inner] - x[end]).abs();
-            let out = width * ((log_x - x[end]) / width).tanh();
-            let k = n.station(side, end);
-            return self.values[k].step(&self.slopes[k], out);
+            return self.values[k].step(&self.slopes[k], width * (away / width).tanh());
         }
         let b = range.start + x[range.clone()].partition_point(|v| *v < log_x).max(1);
         let a = b - 1;

@@ -3,14 +3,15 @@
 use super::compressibility::{KarmanTsien, PanelEdge, panel_loads};
 use super::coupling::reduced::Reduced;
 use super::coupling::response::SectionResponse;
+use super::coupling::system::{Evaluated, System};
 use super::outline::TrailingEdge;
 use super::solved::{Direct, Solved, output_gradient, through_defects};
 use crate::flow::coefficients::Coefficients;
 use crate::flow::duals::{Dual2, Dual3, Dual8, gradient};
-use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
+use crate::flow::layer::{Derived, EdgeLaw, Numbering, Regime, Side, State};
 use crate::flow::linear::dot;
 use crate::flow::search::Equations;
-use crate::flow::surface::spline::combine_real;
+use crate::flow::surface::spline::{IndexSpline, combine_real};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::DualNum;
@@ -28,12 +29,22 @@ pub(super) struct SurfaceValues {
 }
 
 /// The coefficients of a solution.
-pub(super) fn values(solved: &Solved) -> Coefficients {
-    let system = &solved.system;
-    let SurfaceValues { cl, cm, cp_min } =
-        surface_values(system.section, solved.strengths, system.flow.alpha, solved.stream.mach);
-    let cd = drag(&solved.at.derived[solved.at.derived.len() - 1]).re;
-    Coefficients { cl, cd, cm, cp_min, transition: Side::BOTH.map(|side| transition(solved, side).x) }
+///
+/// `strengths` are the vortex strengths at the nodes, and `nodes` the nodes in the frame of the section.
+pub(super) fn values(
+    (system, mach): (&System, f64),
+    state: &Evaluated,
+    strengths: &[f64],
+    nodes: &[[f64; 2]],
+) -> Coefficients {
+    let section = system.section;
+    let SurfaceValues { cl, cm, cp_min } = surface_values(section, strengths, system.flow.alpha, mach);
+    let cd = drag(&state.derived[state.derived.len() - 1]);
+    let spline = &section.map.spline;
+    let c = abscissas(spline, nodes);
+    let transition =
+        Side::BOTH.map(|side| spline.value(&c, state.positions.index[last_laminar(&state.numbering, side)]));
+    Coefficients { cl, cd, cm, cp_min, transition }
 }
 
 /// The direct dependence of every coefficient of a solution.
@@ -45,11 +56,7 @@ pub(super) fn direct(solved: &Solved) -> Coefficients<Direct> {
     add_lowest_pressure(solved, cp_min);
     add_drag(solved, cd);
     for (side, direct) in Side::BOTH.into_iter().zip(transitions) {
-        let Transition { point, slope, by_abscissas, .. } = transition(solved, side);
-        direct.index.push((point, slope));
-        for (given, by_x) in direct.given.iter_mut().zip(by_abscissas) {
-            given[0] = by_x;
-        }
+        add_transition(solved, side, direct);
     }
     all
 }
@@ -206,31 +213,25 @@ fn add_drag(solved: &Solved, direct: &mut Direct) {
     [direct.mach, direct.reynolds] = gradient(&drag(&Derived::new(end, Regime::Wake, &PanelEdge::new(mach, reynolds))));
 }
 
-/// The last laminar point of a side.
-struct Transition {
-    /// Coordinate x of the point, in chords.
-    x: f64,
-    /// Number of the point along the surface.
-    point: usize,
-    /// Derivative of x with respect to the node index of the point.
-    slope: f64,
-    /// Derivatives of x with respect to the abscissas of the nodes as they were given.
-    by_abscissas: Vec<f64>,
+/// Number of the last laminar point of a side along the surface, where transition is.
+fn last_laminar(numbering: &Numbering, side: Side) -> usize {
+    numbering.point(side, numbering.laminar - 1)
 }
 
-/// The last laminar point of a side of a solution.
-fn transition(solved: &Solved, side: Side) -> Transition {
-    let numbering = solved.at.numbering;
-    let point = numbering.point(side, numbering.laminar - 1);
+/// Spline coefficients of the abscissas of nodes over the node index.
+fn abscissas(spline: &IndexSpline, nodes: &[[f64; 2]]) -> Vec<f64> {
+    spline.coefficients(&nodes.iter().map(|p| p[0]).collect::<Vec<_>>())
+}
+
+/// Adds the direct dependence of the abscissa of transition on a side.
+fn add_transition(solved: &Solved, side: Side, direct: &mut Direct) {
+    let point = last_laminar(&solved.at.numbering, side);
     let t = solved.at.positions.index[point].re;
     let spline = &solved.system.section.map.spline;
-    let x: Vec<f64> = solved.nodes.iter().map(|p| p[0]).collect();
-    let c = spline.coefficients(&x);
-    Transition {
-        x: combine_real(&spline.weights(t), &c),
-        point,
-        slope: combine_real(&spline.slope_weights(t), &c),
-        by_abscissas: spline.values_transposed(t, 1.0),
+    let slope = combine_real(&spline.slope_weights(t), &abscissas(spline, solved.nodes));
+    direct.index.push((point, slope));
+    for (given, by_x) in direct.given.iter_mut().zip(spline.values_transposed(t, 1.0)) {
+        given[0] = by_x;
     }
 }
 

@@ -103,15 +103,16 @@ impl Polar {
     pub fn followed_by(&self, other: &Self, from: usize) -> Self {
         let vertices = self.log.len() / self.points;
         let column = |polar: &Self, j: usize, from: usize| j * polar.points + from..(j + 1) * polar.points;
+        let points = self.points + other.points - from;
         let joined = |own: &[f64], others: &[f64]| {
-            let parts = (0..vertices).flat_map(|j| [&own[column(self, j, 0)], &others[column(other, j, from)]]);
-            parts.flatten().copied().collect()
+            let mut all = Vec::with_capacity(points * vertices);
+            for j in 0..vertices {
+                all.extend_from_slice(&own[column(self, j, 0)]);
+                all.extend_from_slice(&others[column(other, j, from)]);
+            }
+            all
         };
-        Self {
-            points: self.points + other.points - from,
-            log: joined(&self.log, &other.log),
-            angle: joined(&self.angle, &other.angle),
-        }
+        Self { points, log: joined(&self.log, &other.log), angle: joined(&self.angle, &other.angle) }
     }
 
     /// The pairs of two vertices with all points.

@@ -5,7 +5,7 @@ use super::compressibility::KarmanTsien;
 use super::coupling::reduced::Reduced;
 use super::coupling::response::{FlowResponse, SectionResponse};
 use super::coupling::speeds::node_strengths;
-use super::coupling::system::{Linearised, Stream, System};
+use super::coupling::system::{Evaluated, Linearised, Stream, System};
 use super::frame::Nodes;
 use super::outputs;
 use super::resolution::panel_error;
@@ -14,7 +14,7 @@ use crate::flow::coefficients::{Coefficients, Derivatives, Gradients};
 use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
 use crate::flow::search::End;
 use crate::flow::solution::{Distributions, Record, StationFlow, Status};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Laminar Hk above which the flow at the wall is reversed: where the skin friction of the closure changes sign.
 pub(in crate::flow) const LAMINAR_REVERSED: f64 = 4.0;
@@ -32,8 +32,10 @@ pub(crate) struct PanelRecord {
     pub stream: Stream,
     pub nodes: Nodes,
     pub unknowns: Unknowns,
-    /// The coupled system linearised at the unknowns.
-    at: Linearised,
+    /// The state at the unknowns.
+    state: Evaluated,
+    /// The coupled system linearised at the unknowns, from the first derivatives on that are asked for.
+    at: OnceLock<Linearised>,
     /// Vortex strengths at the nodes, in units of the onset speed.
     strengths: Vec<f64>,
 }
@@ -48,23 +50,27 @@ pub(super) struct Sought {
 }
 
 impl PanelRecord {
-    pub fn new(sought: Sought, end: End<Linearised>) -> Self {
+    pub fn new(sought: Sought, end: End<Evaluated>) -> Self {
         let Sought { section, flow, layout, stream, nodes } = sought;
-        let End { unknowns, at, .. } = end;
-        let node_mass: Vec<f64> = at.speeds.node_mass.iter().map(|m| m.re).collect();
-        let strengths = node_strengths(&section, &flow, &node_mass, &at.mass[at.numbering.wake_start()..]);
-        Self { section, flow, layout, stream, nodes, unknowns, at, strengths }
+        let End { unknowns, state, .. } = end;
+        let wake_mass = &state.mass[state.numbering.wake_start()..];
+        let strengths = node_strengths(&section, &flow, &state.node_mass, wake_mass);
+        Self { section, flow, layout, stream, nodes, unknowns, state, at: OnceLock::new(), strengths }
     }
 
     pub fn system(&self) -> System<'_> {
         System::new(&self.section, &self.flow, &self.layout, self.stream)
     }
 
+    fn at(&self) -> &Linearised {
+        self.at.get_or_init(|| self.system().linearise(&self.unknowns))
+    }
+
     pub fn solved(&self) -> Solved<'_> {
         Solved {
             system: self.system(),
             unknowns: &self.unknowns,
-            at: &self.at,
+            at: self.at(),
             strengths: &self.strengths,
             stream: self.stream,
             nodes: &self.nodes.inside,
@@ -72,13 +78,13 @@ impl PanelRecord {
     }
 
     pub fn coefficients(&self) -> Coefficients {
-        outputs::values(&self.solved())
+        outputs::values((&self.system(), self.stream.mach), &self.state, &self.strengths, &self.nodes.inside)
     }
 
     /// Derivative of the lift coefficient with respect to the angle of attack (per radian), with the wake held where it
     /// is.
     pub fn lift_slope(&self) -> Option<f64> {
-        Some(outputs::lift_slope(&self.solved(), &Reduced::new(&self.at)?))
+        Some(outputs::lift_slope(&self.solved(), &Reduced::new(self.at())?))
     }
 
     /// Spline coefficients of x (`c` = 0) or y (`c` = 1) over the node index.
@@ -95,12 +101,12 @@ impl PanelRecord {
 
     /// Coordinate x of the stagnation point, in chords.
     pub fn stagnation(&self) -> f64 {
-        self.places()(self.at.positions.index[self.at.numbering.side].re)[0]
+        self.places()(self.state.positions.index[self.state.numbering.side])[0]
     }
 
     fn station(&self, k: usize, correction: &KarmanTsien<f64>, s: f64, at: [f64; 2]) -> StationFlow {
-        let d = self.at.derived[k].map(|v| v.re);
-        let laminar = self.at.numbering.regime(k) == Regime::Laminar;
+        let d = &self.state.derived[k];
+        let laminar = self.state.numbering.regime(k) == Regime::Laminar;
         StationFlow {
             s,
             x: at[0],
@@ -118,19 +124,19 @@ impl PanelRecord {
     }
 
     fn side_flow(&self, side: Side) -> Vec<StationFlow> {
-        let (numbering, positions) = (self.at.numbering, &self.at.positions);
+        let (numbering, positions) = (self.state.numbering, &self.state.positions);
         let (place, correction) = (self.places(), KarmanTsien::new(self.stream.mach));
         (0..numbering.side)
             .map(|j| {
-                let at = place(positions.index[numbering.point(side, j)].re);
-                let s = positions.abscissas[side.index()][j].re;
+                let at = place(positions.index[numbering.point(side, j)]);
+                let s = positions.abscissas[side.index()][j];
                 self.station(numbering.station(side, j), &correction, s, at)
             })
             .collect()
     }
 
     fn wake_flow(&self) -> Vec<StationFlow> {
-        let first = self.at.numbering.wake_start();
+        let first = self.state.numbering.wake_start();
         let (distances, correction) = (&self.section.wake_distances, KarmanTsien::new(self.stream.mach));
         let nodes = self.flow.path.nodes.iter().enumerate();
         nodes.map(|(j, at)| self.station(first + j, &correction, distances[j], *at)).collect()
@@ -141,19 +147,19 @@ impl PanelRecord {
     pub fn friction_drag(&self) -> f64 {
         let (sin, cos) = self.flow.alpha.sin_cos();
         let law = self.system().layer.law;
-        let (numbering, place) = (self.at.numbering, self.places());
+        let (numbering, place) = (self.state.numbering, self.places());
         let along = |t: f64| {
             let [x, y] = place(t);
             x * cos + y * sin
         };
         let mut drag = 0.0;
         for side in Side::BOTH {
-            let (mut before, mut stress_before) = (along(self.at.positions.index[numbering.side].re), 0.0);
+            let (mut before, mut stress_before) = (along(self.state.positions.index[numbering.side]), 0.0);
             for j in 0..numbering.side {
-                let station = &self.at.derived[numbering.station(side, j)];
-                let edge = law.edge(station.speed.re);
-                let stress = station.friction.re * edge.density * edge.speed * edge.speed;
-                let here = along(self.at.positions.index[numbering.point(side, j)].re);
+                let station = &self.state.derived[numbering.station(side, j)];
+                let edge = law.edge(station.speed);
+                let stress = station.friction * edge.density * edge.speed * edge.speed;
+                let here = along(self.state.positions.index[numbering.point(side, j)]);
                 drag += 0.5 * (stress + stress_before) * (here - before);
                 (before, stress_before) = (here, stress);
             }
@@ -165,7 +171,7 @@ impl PanelRecord {
     pub fn status(&self) -> Status {
         // a suction peak may stand between two stations
         let wall = outputs::highest_mach(&self.section, &self.strengths, self.stream.mach);
-        let mach = self.at.derived.iter().map(|d| d.mach2.re).fold(0.0, f64::max).sqrt().max(wall);
+        let mach = self.state.derived.iter().map(|d| d.mach2).fold(0.0, f64::max).sqrt().max(wall);
         if mach > 1.0 {
             return supersonic(mach, true);
         }
@@ -180,15 +186,15 @@ impl PanelRecord {
 
     /// Length of reversed flow on a side, laminar or turbulent, over the length of the side.
     fn reversed(&self, side: Side) -> f64 {
-        let numbering = self.at.numbering;
-        let x = &self.at.positions.abscissas[side.index()];
+        let numbering = self.state.numbering;
+        let x = &self.state.positions.abscissas[side.index()];
         let reversed = |j: usize| {
             let k = numbering.station(side, j);
             let regime = numbering.regime(k);
-            self.at.derived[k].hk.re > if regime == Regime::Laminar { LAMINAR_REVERSED } else { TURBULENT_REVERSED }
+            self.state.derived[k].hk > if regime == Regime::Laminar { LAMINAR_REVERSED } else { TURBULENT_REVERSED }
         };
-        let length = (1..numbering.side).filter(|&j| reversed(j)).map(|j| x[j].re - x[j - 1].re);
-        length.sum::<f64>() / x[numbering.side - 1].re
+        let length = (1..numbering.side).filter(|&j| reversed(j)).map(|j| x[j] - x[j - 1]);
+        length.sum::<f64>() / x[numbering.side - 1]
     }
 }
 
@@ -213,7 +219,7 @@ impl Record for PanelRecord {
     }
 
     fn gradients(&self) -> Option<Gradients> {
-        let inside = gradients(&self.solved(), &Reduced::new(&self.at)?);
+        let inside = gradients(&self.solved(), &Reduced::new(self.at())?);
         Some(inside.map(|by| self.nodes.frame.pull_back(&self.nodes.given, by)))
     }
 
@@ -222,11 +228,11 @@ impl Record for PanelRecord {
     }
 
     fn station_error(&self) -> Option<Coefficients> {
-        Some(station_error(&self.solved(), &Reduced::new(&self.at)?))
+        Some(station_error(&self.solved(), &Reduced::new(self.at())?))
     }
 
     fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {
-        let inside = pressure_gradients(weights, &self.solved(), &Reduced::new(&self.at)?);
+        let inside = pressure_gradients(weights, &self.solved(), &Reduced::new(self.at())?);
         let given = |by| self.nodes.frame.pull_back(&self.nodes.given, by);
         Some(inside.into_iter().map(given).collect())
     }

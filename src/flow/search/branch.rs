@@ -310,7 +310,8 @@ impl<'a, F: Family> Branch<'a, F> {
         loop {
             self.set(at.value);
             let equations = self.equations();
-            let residuals = equations.residuals(&at.unknowns);
+            let state = equations.evaluate(&at.unknowns);
+            let residuals = equations.residuals_of(&state);
             *work += EVALUATION;
             let largest = residuals.largest();
             if largest < TOLERANCE {
@@ -323,7 +324,7 @@ impl<'a, F: Family> Branch<'a, F> {
                 return Settled::Slow(at);
             }
             before = largest;
-            let straight = equations.solve(&jacobian.at, &jacobian.factors, &residuals);
+            let straight = equations.solve(&jacobian.at, &jacobian.factors, residuals);
             let Some((change, value)) = self.across(ahead, straight, &jacobian.by_value) else {
                 return Settled::Lost;
             };

@@ -46,7 +46,7 @@ impl Budget {
     }
 
     /// Notes an attempt and its work.
-    pub fn note<A>(&mut self, what: &str, end: &End<A>) {
+    pub fn note<V>(&mut self, what: &str, end: &End<V>) {
         self.attempts.push(Attempt::of(what, end.iterations, end.residual));
         self.add((end.iterations + 1) as f64, end.unknowns.stations.len());
     }

@@ -9,9 +9,9 @@ use super::family::{Equations, Residuals};
 use crate::flow::layer::{Change, Side, Unknowns, is_inside};
 
 /// Largest share of the residuals that a step may leave to be worth following.
-const CONTRACTION: f64 = 0.35;
+const CONTRACTION: f64 = 0.5;
 /// Largest number of steps with one Jacobian.
-const STEPS: usize = 8;
+const STEPS: usize = 16;
 
 /// The unknowns after a whole step.
 fn shifted(unknowns: &Unknowns, change: &Change) -> Unknowns {
@@ -26,6 +26,13 @@ fn sensible(system: &impl Equations, unknowns: &Unknowns) -> bool {
         let length = unknowns.side_length(side, system.layer().surface.total);
         length > 0.0 && is_inside(unknowns.transition[side.index()], length)
     })
+}
+
+/// Where steps with one Jacobian led.
+pub(super) struct Followed {
+    pub unknowns: Unknowns,
+    /// Whether the residuals should be below the tolerance there.
+    pub arrived: bool,
 }
 
 /// A factorised Jacobian with the norm of the residuals at the unknowns where it was taken.
@@ -43,7 +50,7 @@ impl<E: Equations> Kept<'_, E> {
     /// [`CONTRACTION`] of the residuals. The result is `None` where not even the first step does.
     ///
     /// Where the residuals came below `tolerance`, one more step is taken without a check of the result.
-    pub fn follow(&self, unknowns: &Unknowns, first: &Change, tolerance: f64) -> Option<Unknowns> {
+    pub fn follow(&self, unknowns: &Unknowns, first: &Change, tolerance: f64) -> Option<Followed> {
         let mut steps = vec![first.clone()];
         let mut squares = vec![first.dot(first)];
         let mut reached: Option<Unknowns> = None;
@@ -54,12 +61,13 @@ impl<E: Equations> Kept<'_, E> {
             if !sensible(self.system, &candidate) {
                 break;
             }
-            let evaluated = self.system.residuals(&candidate);
-            let now = evaluated.norm();
+            let state = self.system.evaluate(&candidate);
+            let residuals = self.system.residuals_of(&state);
+            let now = residuals.norm();
             if !(now <= CONTRACTION * before) {
                 break;
             }
-            let mut next = self.system.solve(self.at, self.factors, &evaluated);
+            let mut next = self.system.solve(self.at, self.factors, residuals);
             for k in 0..last {
                 let factor = steps[k].dot(&next) / squares[k];
                 next.add(&steps[k + 1], factor);
@@ -69,16 +77,16 @@ impl<E: Equations> Kept<'_, E> {
             if !next.is_finite() {
                 break;
             }
-            let largest = evaluated.largest();
+            let largest = residuals.largest();
             // what the next step will leave, by the contraction so far and ten times that
             if largest <= tolerance || 10.0 * largest * (now / before) <= tolerance {
-                return Some(shifted(&candidate, &next));
+                return Some(Followed { unknowns: shifted(&candidate, &next), arrived: true });
             }
             before = now;
             reached = Some(candidate);
             squares.push(next.dot(&next));
             steps.push(next);
         }
-        reached
+        reached.map(|unknowns| Followed { unknowns, arrived: false })
     }
 }

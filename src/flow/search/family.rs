@@ -17,6 +17,8 @@ pub(crate) trait Equations {
     type Law: EdgeLaw<Number = f64>;
     /// Residuals of all equations at some unknowns.
     type Residuals: Residuals;
+    /// The state of the flow at some unknowns, with the residuals there.
+    type Evaluated;
     /// The equations linearised at some unknowns.
     type At;
     /// Factors of the Jacobian of a linearisation.
@@ -28,11 +30,17 @@ pub(crate) trait Equations {
     /// Start of the iteration, made by marching the layer along the outer flow without a layer.
     fn march(&self) -> Unknowns;
 
-    /// Residuals of all equations, without derivatives.
-    fn residuals(&self, unknowns: &Unknowns) -> Self::Residuals;
+    /// The state at some unknowns with the residuals of all equations, without derivatives.
+    fn evaluate(&self, unknowns: &Unknowns) -> Self::Evaluated;
+
+    /// The residuals of an evaluated state.
+    fn residuals_of<'a>(&self, state: &'a Self::Evaluated) -> &'a Self::Residuals;
 
     /// Residuals and derivatives of all equations.
     fn linearise(&self, unknowns: &Unknowns) -> Self::At;
+
+    /// The state where the equations were linearised.
+    fn state_at(&self, at: &Self::At) -> Self::Evaluated;
 
     /// The residuals at the unknowns where the equations were linearised.
     fn residuals_at<'a>(&self, at: &'a Self::At) -> &'a Self::Residuals;
@@ -57,11 +65,13 @@ pub(crate) trait Equations {
 pub(crate) trait Family {
     /// The outer flow at one angle of attack.
     type Outer;
+    /// The state of a flow at some unknowns.
+    type Evaluated;
     /// The equations linearised at some unknowns.
     type At;
     /// Factors of the Jacobian of a linearisation.
     type Factors;
-    type Equations<'a>: Equations<At = Self::At, Factors = Self::Factors>
+    type Equations<'a>: Equations<Evaluated = Self::Evaluated, At = Self::At, Factors = Self::Factors>
     where
         Self: 'a;
 
@@ -127,13 +137,13 @@ impl Effort {
     }
 }
 
-/// The end of an attempt, with the equations linearised there.
+/// The end of an attempt, with the state of the flow there.
 #[derive(Debug, Clone)]
-pub(crate) struct End<A> {
+pub(crate) struct End<V> {
     /// Unknowns at the end of the attempt.
     pub unknowns: Unknowns,
-    /// The equations linearised at `unknowns`.
-    pub at: A,
+    /// The state at `unknowns`.
+    pub state: V,
     /// Largest magnitude of any residual.
     pub residual: f64,
     /// Number of Newton iterations.

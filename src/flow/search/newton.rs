@@ -1,6 +1,6 @@
 //! Newton's method with limited steps.
 
-use super::chord::Kept;
+use super::chord::{Followed, Kept};
 use super::family::{Effort, End, Equations, Residuals};
 use crate::flow::layer::transport::Profiles;
 use crate::flow::layer::{Change, Side, Unknowns};
@@ -34,8 +34,9 @@ impl<E: Equations> Kept<'_, E> {
         let allowed = LONGER * layer.size(unknowns, change);
         let bound = (GROWTH * self.norm).max(SMALL);
         let good = |next: &Unknowns| {
-            let there = self.system.residuals(next);
-            there.norm() <= bound && layer.size(unknowns, &self.system.solve(self.at, self.factors, &there)) <= allowed
+            let state = self.system.evaluate(next);
+            let there = self.system.residuals_of(&state);
+            there.norm() <= bound && layer.size(unknowns, &self.system.solve(self.at, self.factors, there)) <= allowed
         };
         for _ in 0..SHORTER {
             let moving = layer.moved(unknowns, change, factor);
@@ -53,7 +54,7 @@ impl<E: Equations> Kept<'_, E> {
 }
 
 /// Iterates from `start` until the largest residual is below the tolerance, or the effort is spent.
-pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -> End<E::At> {
+pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -> End<E::Evaluated> {
     let Effort { tolerance, iterations: limit, patience, reach } = effort;
     // a residual that falls no further, but is small, is round-off
     let round_off = ROUND_OFF.min(100.0 * tolerance);
@@ -65,40 +66,59 @@ pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -
         let residuals = system.residuals_at(&at);
         let (residual, norm) = (residuals.largest(), residuals.norm());
         if residual <= tolerance {
-            return End { unknowns, at, residual, iterations: iteration, converged: true };
+            return End { unknowns, state: system.state_at(&at), residual, iterations: iteration, converged: true };
         }
-        let stopped = |unknowns, at, converged| End { unknowns, at, residual, iterations: iteration, converged };
+        let stopped = |unknowns, at, converged| {
+            let state = system.state_at(at);
+            End { unknowns, state, residual, iterations: iteration, converged }
+        };
         if iteration == limit || !residual.is_finite() {
-            return stopped(unknowns, at, residual <= round_off);
+            return stopped(unknowns, &at, residual <= round_off);
         }
-        let Some(factors) = system.factorise(&at) else { return stopped(unknowns, at, false) };
+        let Some(factors) = system.factorise(&at) else { return stopped(unknowns, &at, false) };
         let change = system.solve(&at, &factors, residuals);
         let far = |side: Side| {
             change.transition[side.index()].abs() > reach * unknowns.side_length(side, layer.surface.total)
         };
         if !change.is_finite() || (iteration == 0 && Side::BOTH.into_iter().any(far)) {
-            return stopped(unknowns, at, false);
+            return stopped(unknowns, &at, false);
         }
         if norm < 0.9 * best.0 {
             best = (norm, iteration);
         }
         if iteration > best.1 + patience || (norm < ROUND_OFF && norm > 0.5 * best.0 && iteration > best.1) {
-            return stopped(unknowns, at, residual <= round_off);
+            return stopped(unknowns, &at, residual <= round_off);
         }
         let profiles = layer.profiles(&unknowns);
         let factor = layer.admissible_factor(&profiles, &unknowns, &change);
         let kept = Kept { system, at: &at, factors: &factors, norm };
         let quick = if factor == 1.0 { kept.follow(&unknowns, &change, tolerance) } else { None };
-        unknowns = quick.unwrap_or_else(|| kept.limited(&profiles, &unknowns, &change, factor));
+        unknowns = match quick {
+            Some(Followed { unknowns, arrived: true }) => {
+                let state = system.evaluate(&unknowns);
+                let residual = system.residuals_of(&state).largest();
+                if residual <= tolerance {
+                    return End { unknowns, state, residual, iterations: iteration + 1, converged: true };
+                }
+                unknowns
+            }
+            Some(Followed { unknowns, .. }) => unknowns,
+            None => kept.limited(&profiles, &unknowns, &change, factor),
+        };
         at = system.linearise(&unknowns);
     }
     let residual = system.residuals_at(&at).largest();
-    End { unknowns, at, residual, iterations: limit, converged: false }
+    End { unknowns, state: system.state_at(&at), residual, iterations: limit, converged: false }
 }
 
 /// Iterates like [`solve`], but puts every state back onto the boundary-layer equations while the speeds are far from
 /// converged.
-pub(crate) fn solve_projected<E: Equations>(system: &E, start: Unknowns, tolerance: f64, limit: usize) -> End<E::At> {
+pub(crate) fn solve_projected<E: Equations>(
+    system: &E,
+    start: Unknowns,
+    tolerance: f64,
+    limit: usize,
+) -> End<E::Evaluated> {
     let layer = system.layer();
     let mut unknowns = start;
     let mut at = system.linearise(&unknowns);
@@ -118,7 +138,7 @@ pub(crate) fn solve_projected<E: Equations>(system: &E, start: Unknowns, toleran
             None
         };
         let Some(change) = step else {
-            return End { unknowns, at, residual, iterations: iteration, converged: false };
+            return End { unknowns, state: system.state_at(&at), residual, iterations: iteration, converged: false };
         };
         let profiles = layer.profiles(&unknowns);
         let factor = layer.admissible_factor(&profiles, &unknowns, &change);
@@ -126,5 +146,5 @@ pub(crate) fn solve_projected<E: Equations>(system: &E, start: Unknowns, toleran
         at = system.linearise(&unknowns);
     }
     let residual = system.residuals_at(&at).largest();
-    End { unknowns, at, residual, iterations: limit, converged: false }
+    End { unknowns, state: system.state_at(&at), residual, iterations: limit, converged: false }
 }

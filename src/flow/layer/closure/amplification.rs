@@ -16,10 +16,16 @@ const ONSET: f64 = 0.24;
 /// It raises the growth by 0.5 % at Hk = 20, where the fit ends, and by 2.5 % at 30.
 const LEAST_GROWTH: f64 = 0.01;
 
-/// Logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in.
-pub(crate) fn critical_reynolds_log<S: Scalar>(hk: S) -> S {
-    let h = (hk - 1.0).recip();
-    (h.ln() * 0.43).exp() * 2.492 + ((h * 14.0 - 9.24).saturating_tanh() + 1.0) * 0.7
+/// First part of the logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in; `h` is
+/// 1/(Hk − 1).
+fn basic_reynolds_log<S: Scalar>(h: S) -> S {
+    (h.ln() * 0.43).exp() * 2.492
+}
+
+/// Second part of the logarithm of the Reynolds number at which growth sets in, behind [`basic_reynolds_log`]; it is
+/// positive, and counts in accelerated layers.
+fn further_reynolds_log<S: Scalar>(h: S) -> S {
+    ((h * 14.0 - 9.24).saturating_tanh() + 1.0) * 0.7
 }
 
 /// Growth of the amplification factor n per length, multiplied by the momentum thickness, beyond the onset.
@@ -33,7 +39,13 @@ pub(crate) fn envelope_slope<S: Scalar>(hk: S) -> S {
 
 /// Growth rate dn/ds of the amplification factor, per unit of the length in which `theta` is given.
 pub(crate) fn growth_rate<S: Scalar>(hk: S, theta: S, re_theta: S) -> S {
-    let r = re_theta.ln() * std::f64::consts::LOG10_E - critical_reynolds_log(hk);
+    let h = (hk - 1.0).recip();
+    let beyond_basic = re_theta.ln() * std::f64::consts::LOG10_E - basic_reynolds_log(h);
+    // most stations far ahead of the onset need no more than this
+    if beyond_basic.re() <= -ONSET {
+        return S::from(0.0);
+    }
+    let r = beyond_basic - further_reynolds_log(h);
     if r.re() <= -ONSET {
         return S::from(0.0);
     }
@@ -50,6 +62,12 @@ pub(crate) fn growth_rate<S: Scalar>(hk: S, theta: S, re_theta: S) -> S {
 mod tests {
     use super::super::testing::{check_gradient, relation};
     use super::*;
+
+    /// Logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in.
+    fn critical_reynolds_log(hk: f64) -> f64 {
+        let h = 1.0 / (hk - 1.0);
+        basic_reynolds_log(h) + further_reynolds_log(h)
+    }
 
     #[test]
     fn the_blasius_layer_becomes_unstable_where_it_should() {

@@ -39,7 +39,12 @@ pub(crate) fn energy_shape<S: Scalar>(hk: S, re_theta: S) -> S {
 
 /// Skin-friction coefficient of a turbulent layer on the dynamic pressure at the edge, not below the laminar one.
 pub(crate) fn friction<S: Scalar>(hk: S, re_theta: S, mach2: S) -> S {
-    larger(wall_friction(hk, re_theta, mach2), laminar::friction(hk, re_theta), 2e-5)
+    not_laminar(wall_friction(hk, re_theta, mach2), hk, re_theta)
+}
+
+/// A [turbulent friction](wall_friction), raised to the laminar one where that is larger.
+pub(crate) fn not_laminar<S: Scalar>(wall_friction: S, hk: S, re_theta: S) -> S {
+    larger(wall_friction, laminar::friction(hk, re_theta), 2e-5)
 }
 
 /// Skin-friction coefficient of a turbulent layer on the dynamic pressure at the edge, however small: the dissipation

@@ -2,7 +2,7 @@
 
 use super::eliminate::Elimination;
 use super::response::{Onset, SectionResponse};
-use super::system::{Linearised, Residuals, System};
+use super::system::{Evaluated, Linearised, Residuals, System};
 use crate::flow::layer::equations::{BY_AMPLIFICATION, BY_TRIP};
 use crate::flow::layer::{Change, EQUATIONS, GLOBAL_UNKNOWNS, Layer, Side, State, Unknowns};
 use crate::flow::linear::Factors;
@@ -155,6 +155,7 @@ impl Reduced {
 impl Equations for System<'_> {
     type Law = PanelEdge<f64>;
     type Residuals = Residuals;
+    type Evaluated = Evaluated;
     type At = Linearised;
     type Factors = Reduced;
 
@@ -166,12 +167,20 @@ impl Equations for System<'_> {
         self.march()
     }
 
-    fn residuals(&self, unknowns: &Unknowns) -> Residuals {
-        self.residuals(unknowns)
+    fn evaluate(&self, unknowns: &Unknowns) -> Evaluated {
+        self.evaluate(unknowns)
+    }
+
+    fn residuals_of<'b>(&self, state: &'b Evaluated) -> &'b Residuals {
+        &state.residuals
     }
 
     fn linearise(&self, unknowns: &Unknowns) -> Linearised {
         self.linearise(unknowns)
+    }
+
+    fn state_at(&self, at: &Linearised) -> Evaluated {
+        at.state()
     }
 
     fn residuals_at<'b>(&self, at: &'b Linearised) -> &'b Residuals {

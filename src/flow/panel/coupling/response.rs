@@ -5,7 +5,7 @@
 
 use super::subpanel;
 use crate::flow::FlowError;
-use crate::flow::linear::product;
+use crate::flow::linear::{add_scaled, product};
 use crate::flow::memory::Memo;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
 use crate::flow::panel::kernel::{Place, velocity_influence};
@@ -64,7 +64,7 @@ impl SectionResponse {
             rows[(n - 1, j)] -= influence;
         }
         panels.factors.solve(&mut rows);
-        let nodes = rows.rows(0, n).into_owned();
+        let nodes = rows.remove_row(n);
         let spline = spline_rows(&map, &smooth_columns(&nodes));
         let wall = WALL.get(n, || spline_rows(&map, &smooth_columns(&wall_response(n))));
         let wake_distances = wake::distances(n - 1);
@@ -105,13 +105,14 @@ pub(crate) fn smooth_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
 fn pass_on_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
     let n = response.ncols();
     let mut result = response.clone();
-    for j in 1..n - 1 {
-        let inner = |k: usize| k >= 2 && k + 2 < n;
-        for i in 0..response.nrows() {
-            let own = if inner(j) { 0.5 } else { 1.0 };
-            let left = if inner(j - 1) { 0.25 * response[(i, j - 1)] } else { 0.0 };
-            let right = if inner(j + 1) { 0.25 * response[(i, j + 1)] } else { 0.0 };
-            result[(i, j)] = own * response[(i, j)] + left + right;
+    let inner = |k: usize| k >= 2 && k + 2 < n;
+    let columns: Vec<&[f64]> = response.as_slice().chunks_exact(response.nrows()).collect();
+    for (j, sums) in result.as_mut_slice().chunks_exact_mut(response.nrows()).enumerate().take(n - 1).skip(1) {
+        if inner(j) {
+            sums.iter_mut().for_each(|sum| *sum *= 0.5);
+        }
+        for k in [j - 1, j + 1].into_iter().filter(|k| inner(*k)) {
+            add_scaled(sums, 0.25, columns[k]);
         }
     }
     result
@@ -362,7 +363,7 @@ fn nodes_by_wake(
     }
     let mut response = product(&stream, strengths);
     section.panels.factors.solve(&mut response);
-    response.rows(0, n).into_owned()
+    response.remove_row(n)
 }
 
 /// Speed along the wake per strength at the surface nodes (W × N) and per constant source strength of the panels (W ×

@@ -98,6 +98,14 @@ pub(crate) struct Positions<S = ByGlobal> {
     pub index: Vec<S>,
 }
 
+impl Positions {
+    /// The positions without derivatives.
+    pub fn values(&self) -> Positions<f64> {
+        let values = |numbers: &[ByGlobal]| numbers.iter().map(|v| v.re).collect();
+        Positions { abscissas: self.abscissas.each_ref().map(|side| values(side)), index: values(&self.index) }
+    }
+}
+
 impl<S: Global> Positions<S> {
     /// The speeds for signed mass defects `mass` at the points (0 at the stagnation point) and `wake_mass` in the wake.
     pub fn new(layout: &Layout, section: &SectionResponse, unknowns: &Unknowns) -> Self {

@@ -43,6 +43,22 @@ pub(crate) struct Stream {
     pub trips: [Option<f64>; 2],
 }
 
+/// The system at one set of unknowns: the state of the flow, and the residuals.
+#[derive(Debug, Clone)]
+pub(crate) struct Evaluated {
+    pub numbering: Numbering,
+    /// Closure at every station.
+    pub derived: Vec<Derived<f64>>,
+    /// Abscissas of the stations.
+    pub positions: Positions<f64>,
+    /// Mass defect of every station, without sign.
+    pub mass: Vec<f64>,
+    /// Mass defect at the nodes as projected, before smoothing.
+    pub node_mass: Vec<f64>,
+    /// Residuals of all equations.
+    pub residuals: Residuals,
+}
+
 /// The system at one set of unknowns: residuals, and the exact Jacobian in blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct Linearised {
@@ -100,8 +116,8 @@ impl<'a> System<'a> {
         self.layer.march(&OuterSpeeds { stagnation, surface: &surface, wake: &flow.wake_inviscid })
     }
 
-    /// Residuals of all equations, computed in `f64` throughout.
-    pub fn residuals(&self, unknowns: &Unknowns) -> Residuals {
+    /// The state at some unknowns with the residuals of all equations, computed in `f64` throughout.
+    pub fn evaluate(&self, unknowns: &Unknowns) -> Evaluated {
         let layer = &self.layer;
         let numbering = layer.numbering();
         let positions = Positions::<f64>::new(layer.layout, self.section, unknowns);
@@ -111,12 +127,13 @@ impl<'a> System<'a> {
         let mass: Vec<f64> = derived.iter().enumerate().map(|(k, d)| mass_defect(d, gap(k))).collect();
         let (points, wake) = signed(&mass, &numbering);
         let speeds = EdgeSpeeds::new(self.section, self.flow, &positions, &points, &wake);
-        Residuals {
+        let residuals = Residuals {
             blocks,
             speed: self.speed_residuals(&derived, &speeds),
             transition: Side::BOTH.map(|side| layer.transition(unknowns, side).re),
             stagnation: speeds.points[numbering.side],
-        }
+        };
+        Evaluated { numbering, derived, positions, mass, node_mass: speeds.node_mass, residuals }
     }
 
     /// Residuals and derivatives of all equations.
@@ -169,6 +186,18 @@ pub(crate) fn signed(mass: &[f64], numbering: &Numbering) -> (Vec<f64>, Vec<f64>
 }
 
 impl Linearised {
+    /// The state at the unknowns where the system was linearised.
+    pub fn state(&self) -> Evaluated {
+        Evaluated {
+            numbering: self.numbering,
+            derived: self.derived.iter().map(|d| d.map(|v| v.re)).collect(),
+            positions: self.positions.values(),
+            mass: self.mass.clone(),
+            node_mass: self.speeds.node_mass.iter().map(|m| m.re).collect(),
+            residuals: self.residuals.clone(),
+        }
+    }
+
     /// Writes to `row` the derivatives of the speed residual of station `k` with respect to the logarithms of the mass
     /// defects of all stations, and returns those with respect to the four global directions. The station's own speed
     /// is left out.

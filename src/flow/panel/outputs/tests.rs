@@ -102,7 +102,9 @@ fn direct_derivatives_are_those_of_the_formulas_of_all_coefficients() {
         let outline = &solved.system.section.panels.outline;
         for k in 0..3 {
             let motion = Motion { solved: &solved, inputs: Direction::new(k, outline), k };
-            let values = super::values(&solved).to_array();
+            let values =
+                super::values((&solved.system, solved.stream.mach), &solved.at.state(), solved.strengths, solved.nodes)
+                    .to_array();
             for (o, (direct, forward)) in direct.iter().zip(motion.coefficients()).enumerate() {
                 let name = Coefficients::<()>::NAMES[o];
                 assert!((forward.re - values[o]).abs() < 1e-13, "{name}: {} for {}", forward.re, values[o]);
