@@ -1,6 +1,5 @@
 //! The view that an optimiser has of a design problem.
 
-use super::quantity::ValueAndGradient;
 use nalgebra::DMatrix;
 
 /// Everything one evaluation of a design problem yields.
@@ -27,6 +26,9 @@ impl Evaluation {
         self.constraints.iter().zip(constraint_bounds).map(|(&c, b)| b.violation(c)).fold(0.0, f64::max)
     }
 }
+
+/// Value of a quantity and its gradient, one entry per variable.
+pub type ValueAndGradient = (f64, Vec<f64>);
 
 /// An analysis that has no value at some point: recoverable, the optimiser takes a shorter step.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]

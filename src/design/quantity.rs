@@ -81,9 +81,6 @@ impl Quantity {
     }
 }
 
-/// Value of a quantity and its gradient, one entry per variable.
-pub type ValueAndGradient = (f64, Vec<f64>);
-
 /// Target, penalty and flow: the things that quantities of a problem need beside the shape.
 #[derive(Debug, Clone)]
 pub(crate) struct Instruments {

@@ -2,8 +2,8 @@
 
 use super::DesignProblem;
 use crate::design::parallel::{in_parallel_with, processors};
-use crate::design::quantity::{Quantity, ValueAndGradient};
-use crate::design::{AnalysisFailure, DesignError, Evaluation, Problem, ProblemDescription};
+use crate::design::quantity::Quantity;
+use crate::design::{AnalysisFailure, DesignError, Evaluation, Problem, ProblemDescription, ValueAndGradient};
 use nalgebra::DMatrix;
 
 impl From<DesignError> for AnalysisFailure {

@@ -2,7 +2,7 @@
 
 use super::DesignProblem;
 use crate::design::DesignError;
-use crate::design::quantity::ValueAndGradient;
+use crate::design::problem::ValueAndGradient;
 use nalgebra::DMatrix;
 
 impl DesignProblem {
