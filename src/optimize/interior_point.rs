@@ -182,6 +182,8 @@ fn drive(functions: Functions, memory: usize) {
         options.set_integer_value("print_level", 0, true, true),
         options.set_integer_value("max_iter", i32::MAX, true, true),
         options.set_numeric_value("tol", SOLVER_TOLERANCE, true, true),
+        // constraints are met as closely as they were asked for
+        options.set_numeric_value("bound_relax_factor", 0.0, true, true),
     ];
     if set.iter().any(Result::is_err) {
         return;
