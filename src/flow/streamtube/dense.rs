@@ -8,7 +8,7 @@ const PANEL: usize = 8;
 
 /// Smallest pivot over the largest number of its column before elimination; columns with smaller ones are put off.
 const SMALLEST: f64 = 1e-2;
-/// Largest number of columns that are put off.
+/// Largest number of columns that are put off; where more would have to be, weak pivots are taken.
 pub(super) const PUT_OFF: usize = 23;
 
 /// A square matrix with right-hand sides beside it; once factorised both triangular factors, of which the lower one has a
@@ -346,6 +346,29 @@ mod tests {
             dense.solve_transposed(&mut single, &[]);
             assert!((0..size).all(|i| (single[i] - x[(i, 1)]).abs() < 1e-9), "{size}");
         }
+    }
+
+    #[test]
+    fn columns_without_a_good_pivot_are_put_off() {
+        let size = 19;
+        let mut a = matrix(size);
+        let sum = a.column(3) + a.column(11);
+        a.set_column(6, &sum);
+        a[(2, 6)] += 1e-7;
+        let mut dense = Dense::default();
+        dense.begin(size, 1 + PUT_OFF, PUT_OFF);
+        for row in 0..size {
+            dense.put(row, &a.row(row).iter().copied().collect::<Vec<f64>>(), &[1.0]);
+        }
+        assert!(dense.factorise(1));
+        assert!((1..4).contains(&dense.put_off()), "{}", dense.put_off());
+        let x: Vec<f64> = (0..size).map(|i| (1.7 * i as f64).sin()).collect();
+        let mut rows: Vec<usize> = (0..size).collect();
+        dense.exchanged.iter().enumerate().for_each(|(row, &other)| rows.swap(row, other));
+        let known: Vec<f64> = rows[dense.done..].iter().map(|&row| x[row]).collect();
+        let mut found: Vec<f64> = (0..size).map(|j| (0..size).map(|i| a[(i, j)] * x[i]).sum()).collect();
+        dense.solve_transposed(&mut found, &known);
+        assert!(found.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-11), "{found:?} {x:?}");
     }
 
     #[test]

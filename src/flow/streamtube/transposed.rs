@@ -1,7 +1,8 @@
 //! The transposed system: multipliers of all equations for rows that depend on all unknowns.
 //!
-//! Elimination leaves in every block what the multipliers of its equations are for given multipliers upstream. What they
-//! leave of the equations themselves is checked, and corrected once where round-off has taken too much.
+//! Elimination leaves in every block what the multipliers of its equations are for given multipliers upstream. What the
+//! multipliers leave of the transposed equations is checked; where round-off has taken too much they are corrected, and where
+//! that does not help there are none.
 
 use super::band::Band;
 use super::block::Block;
