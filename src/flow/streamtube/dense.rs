@@ -116,9 +116,9 @@ impl Dense {
     fn eliminate_all(&mut self) -> bool {
         let mut first = 0;
         loop {
-            let mut end = (first / PANEL * PANEL + PANEL).min(self.done);
-            let mut weak = false;
-            for column in first..end {
+            let last = (first / PANEL * PANEL + PANEL).min(self.done);
+            let (mut end, mut weak) = (last, false);
+            for column in first..last {
                 match self.eliminate(column) {
                     Pivot::Good => {}
                     Pivot::Bad => return false,
