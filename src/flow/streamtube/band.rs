@@ -1,10 +1,10 @@
 //! Block-banded systems with a border: stations, and the global unknowns that all of them share.
 //!
-//! Stations are eliminated from the end of the wake to the inlet, as what a flow is at a station follows from what is upstream of
-//! it, in supersonic flow from that alone. With the unknowns upstream given, the flow downstream of a station is well posed at any
-//! speed, so that pivots inside the [blocks](super::block) of the stations are good. The other way round they would lose all
-//! digits in supersonic flow: there the flow ahead of a station does not take what is behind it. To the unknowns of a station
-//! belong the speeds of the interval upstream of it, which the equations along the tubes give.
+//! Stations are eliminated from the end of the wake to the inlet, as what a flow is at a station follows from what is
+//! upstream of it, in supersonic flow from that alone. The other way round pivots inside the [blocks](super::block) of the
+//! stations lose all digits in a large region of supersonic flow. Near the speed of sound this order is not good everywhere
+//! either, so that an equation without a good pivot is put off to the station upstream. To the unknowns of a station belong
+//! the speeds of the interval upstream of it, which the equations along the tubes give.
 //!
 //! The equations of a station know of one station downstream and one upstream, those along a tube of speeds up to three
 //! intervals upstream and of nodes of three stations. The blocks are kept as their transposes, which is the form that the
@@ -32,7 +32,7 @@ pub(super) struct Band {
     pub kept: Vec<usize>,
     /// Derivatives of the global equations and further rows with respect to the global unknowns: a row for each unknown.
     pub corner: DMatrix<f64>,
-    /// What elimination has made of the corner.
+    /// The corner after elimination.
     pub closing: DMatrix<f64>,
 }
 
