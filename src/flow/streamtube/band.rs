@@ -94,11 +94,11 @@ impl Band {
             block.prepare();
             let width = padded(shared);
             if let Some(behind) = done.first() {
-                block.take_on(behind, width);
+                block.take_on(behind);
                 put_own(behind, block, width);
                 put_lower(behind, block, width);
             }
-            if !block.factorise(block.layout.border() + width) {
+            if !block.factorise(shared) {
                 return false;
             }
         }
@@ -129,7 +129,7 @@ impl Band {
         for i in (0..count).rev() {
             let (upstream, own) = right.split_at_mut(i);
             let upstream: &mut [f64] = match upstream.last_mut() {
-                Some(upstream) => &mut upstream[..self.kept[i - 1] + PUT_OFF],
+                Some(upstream) => &mut upstream[..self.kept[i - 1] + self.blocks[i].put_off()],
                 None => &mut [],
             };
             self.blocks[i].pass_on(&own[0], upstream, &mut globals);
@@ -265,7 +265,7 @@ impl Columns for FurtherRow<'_> {
 /// of tubes, and the global ones.
 fn parts(behind: &Block, block: &Block, width: usize) -> [(usize, usize, usize); 2] {
     let next = behind.layout.next();
-    [(0, block.layout.next(), next), (block.layout.border(), width, behind.layout.border())]
+    [(0, block.own_width(), next), (block.layout.border(), width, behind.layout.border())]
 }
 
 /// Puts the solutions of the station behind into the rows of a station's own unknowns.
@@ -315,7 +315,6 @@ fn put_lower(behind: &Block, block: &mut Block, width: usize) {
     let fast = behind.is_fast();
     block.reaches = [fast || behind.reaches[1], fast];
     let far = layout.far_rows();
-    block.lower[far * stride..].fill(0.0);
     for g in 0..GLOBALS {
         let known = &behind.lower[(from.globals() + g) * from_stride + from.next()..][..width];
         block.lower[(layout.globals() + g) * stride + layout.next()..][..width].copy_from_slice(known);
@@ -326,7 +325,7 @@ fn put_lower(behind: &Block, block: &mut Block, width: usize) {
             block.lower[(far + tube) * stride + layout.next()..][..width].copy_from_slice(known);
         }
     }
-    let parts = [(0, layout.next(), from.next()), (layout.next(), width, from.border())];
+    let parts = [(0, block.own_width(), from.next()), (layout.next(), width, from.border())];
     for (column, width, source_from) in parts {
         let (shared, speeds) = block.lower.split_at_mut(far * stride);
         let (kept, globals) = shared.split_at_mut(layout.globals() * stride);

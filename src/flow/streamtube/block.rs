@@ -11,6 +11,7 @@ use super::dense::{Dense, PUT_OFF};
 use super::numbering::{GLOBALS, Grid};
 use super::rows::{Combination, Entry, FewCombined, Multiples, Sparse, padded};
 use crate::flow::linear::add_scaled;
+use std::ops::Range;
 
 /// Smallest pivot of a speed that is taken out, over the largest coefficient of this speed in another equation.
 const WEAK: f64 = 0.01;
@@ -82,6 +83,15 @@ impl Layout {
     /// First row of [`Block::lower`] with a speed upstream of the station upstream.
     pub fn far_rows(self) -> usize {
         self.ahead + GLOBALS
+    }
+
+    /// Puts right-hand sides of the dense factors into a row: those with columns of the station upstream, what was put off
+    /// behind them, and from the column `border` on those of the global equations and further rows.
+    fn spread(self, (right, put_off): (&[f64], &[f64]), row: &mut [f64], border: usize) {
+        let (ahead, shared) = right.split_at(padded(self.ahead));
+        row[..self.ahead].copy_from_slice(&ahead[..self.ahead]);
+        row[self.ahead..][..put_off.len()].copy_from_slice(put_off);
+        row[border..][..shared.len()].copy_from_slice(shared);
     }
 
     fn lower_rows(self) -> usize {
@@ -157,8 +167,20 @@ impl Block {
 
     /// Sets everything to zero.
     pub fn clear(&mut self) {
-        self.rows.fill(0.0);
-        self.lower.fill(0.0);
+        let (layout, lower_stride) = (self.layout, self.layout.lower_stride());
+        let (others, speeds) = self.rows.split_at_mut(layout.tube(0) * layout.stride());
+        others[..(layout.kept + self.taken) * layout.stride()].fill(0.0);
+        speeds.fill(0.0);
+        // nothing else has been touched
+        let (shared, far) = self.lower.split_at_mut(layout.far_rows() * lower_stride);
+        shared.fill(0.0);
+        let (two, three) = far.split_at_mut(layout.far[0] * lower_stride);
+        for (rows, touched) in [two, three].into_iter().zip(self.reaches) {
+            if touched {
+                rows.fill(0.0);
+            }
+        }
+        self.taken = 0;
         self.reaches = [false; 2];
         self.diagonal.fill(0.0);
         self.by_tube.clear();
@@ -174,7 +196,7 @@ impl Block {
 
     /// The coefficients of an unknown from elsewhere in the equations of the station that do not belong to tubes.
     pub fn lower_row(&self, row: usize) -> &[f64] {
-        &self.lower[row * self.layout.lower_stride()..][..self.layout.kept + PUT_OFF]
+        &self.lower[row * self.layout.lower_stride()..][..self.layout.kept + self.taken]
     }
 
     /// The coefficients of a global unknown in the equations along the tubes.
@@ -193,39 +215,36 @@ impl Block {
         self.factors.upstream = [0, 1].map(|k| Sparse::new(rows[k], &self.upstream[k]));
     }
 
-    /// Factorises the station's own part and solves with the columns from the station upstream up to `end` as right-hand
-    /// sides. Returns `false` where it is singular or holds a number that is not finite.
-    pub fn factorise(&mut self, end: usize) -> bool {
-        let Layout { tubes, .. } = self.layout;
-        let (stride, next) = (self.layout.stride(), self.layout.next());
+    /// Factorises the station's own part and solves with the columns of the station upstream and with the first `shared` ones of
+    /// the border as right-hand sides. Returns `false` where it is singular or holds a number that is not finite.
+    pub fn factorise(&mut self, shared: usize) -> bool {
+        let Layout { tubes, ahead, .. } = self.layout;
+        let (stride, next, border) = (self.layout.stride(), self.layout.next(), self.layout.border());
         let (kept, first) = (self.layout.kept + self.taken, self.layout.tube(0));
         self.sort_speeds();
         let Factors { weak, inverse, by_out, dense, .. } = &mut self.factors;
         let (others, speeds) = self.rows.split_at_mut(first * stride);
-        for (row, inverse) in speeds.chunks_mut(stride).zip(&*inverse).filter(|(_, inverse)| **inverse != 0.0) {
-            row[..end].iter_mut().for_each(|value| *value *= inverse);
-        }
-        if tubes > 0 {
-            let product = FewCombined {
-                rows: others,
-                stride,
-                columns: 0..end,
-                factors: by_out,
-                source: speeds,
-                source_stride: stride,
-                source_from: 0,
-            };
-            product.subtract();
+        let right = [next..next + padded(ahead), border..border + padded(shared)];
+        let [ahead_columns, shared_columns] = right.clone();
+        for columns in [0..padded(kept), ahead_columns, shared_columns] {
+            for (row, inverse) in speeds.chunks_mut(stride).zip(&*inverse).filter(|(_, inverse)| **inverse != 0.0) {
+                row[columns.clone()].iter_mut().for_each(|value| *value *= inverse);
+            }
+            if tubes > 0 {
+                let source_from = columns.start;
+                let (factors, source, source_stride) = (&*by_out, &*speeds, stride);
+                FewCombined { rows: others, stride, columns, factors, source, source_stride, source_from }.subtract();
+            }
         }
         // there is nothing upstream of the first station
-        let allowed = if self.layout.ahead > 0 { PUT_OFF } else { 0 };
-        dense.begin(kept + weak.len(), end - next, allowed);
+        let allowed = if ahead > 0 { PUT_OFF } else { 0 };
+        dense.begin(kept + weak.len(), right.iter().map(Range::len).sum(), allowed);
         for (row, own) in self.rows.chunks(stride).take(kept).enumerate() {
-            dense.put(row, &own[..kept], &own[next..end]);
+            dense.put(row, &own[..kept], columns_of(own, &right));
         }
         for (number, &tube) in weak.iter().enumerate() {
             let own = &self.rows[(first + tube) * stride..][..stride];
-            dense.put(kept + number, &own[..kept], &own[next..end]);
+            dense.put(kept + number, &own[..kept], columns_of(own, &right));
             dense.set(kept + number, kept + number, self.diagonal[tube]);
         }
         for entry in &self.by_tube {
@@ -233,49 +252,49 @@ impl Block {
                 dense.add(entry.row as usize, kept + number, entry.value);
             }
         }
-        if !dense.factorise(self.layout.ahead) {
+        if !dense.factorise() {
             return false;
         }
-        self.put_solutions(end);
+        self.put_solutions(padded(shared));
         true
     }
 
     /// Puts the solutions of the dense part into the rows, and those of the speeds that were taken out.
-    fn put_solutions(&mut self, end: usize) {
+    fn put_solutions(&mut self, shared: usize) {
         let layout = self.layout;
-        let (stride, next) = (layout.stride(), layout.next());
+        let (stride, next, border) = (layout.stride(), layout.next(), layout.border());
         let (kept, first) = (layout.kept + self.taken, layout.tube(0));
         let Factors { weak, dense, .. } = &self.factors;
         // what is left of the speeds' own columns is needed until all other solutions stand
-        let mut solved = vec![0.0; weak.len() * (end - next)];
+        let mut solved = vec![0.0; weak.len() * stride];
         for place in 0..kept + weak.len() {
             let (column, put_off) = dense.column(place);
             let own = match column.checked_sub(kept) {
-                None => &mut self.rows[column * stride + next..][..end - next],
-                Some(number) => &mut solved[number * (end - next)..][..end - next],
+                None => &mut self.rows[column * stride..][..stride],
+                Some(number) => &mut solved[number * stride..][..stride],
             };
             match put_off {
-                None => own.copy_from_slice(&dense.solution(place)[..end - next]),
+                None => layout.spread(dense.solution(place), &mut own[next..], border - next),
                 Some(number) => {
-                    own.fill(0.0);
-                    own[layout.ahead + number] = -1.0;
+                    own[next..].fill(0.0);
+                    own[next + layout.ahead + number] = -1.0;
                 }
             }
         }
         let (others, speeds) = self.rows.split_at_mut(first * stride);
-        let product = Combination {
-            rows: speeds,
-            stride,
-            factors: Multiples::Inside(0..kept),
-            columns: next..end,
-            source: others,
-            source_stride: stride,
-            source_from: next,
-        };
-        product.subtract();
-        for (&tube, solved) in weak.iter().zip(solved.chunks(end - next)) {
-            speeds[tube * stride + next..][..end - next].copy_from_slice(solved);
+        for columns in [next..next + padded(layout.ahead + dense.put_off()), border..border + shared] {
+            let source_from = columns.start;
+            let (factors, source, source_stride) = (Multiples::Inside(0..kept), &*others, stride);
+            Combination { rows: speeds, stride, factors, columns, source, source_stride, source_from }.subtract();
         }
+        for (&tube, solved) in weak.iter().zip(solved.chunks(stride)) {
+            speeds[tube * stride + next..][..stride - next].copy_from_slice(&solved[next..]);
+        }
+    }
+
+    /// Number of columns of the station's own equations, with those that were put off downstream.
+    pub fn own_width(&self) -> usize {
+        padded(self.layout.kept + self.taken)
     }
 
     /// Number of unknowns and equations that are put off to the station upstream.
@@ -285,19 +304,13 @@ impl Block {
 
     /// Takes on the unknowns and equations that were put off by the station behind. The columns of its right-hand sides begin
     /// with those of this station's equations.
-    pub fn take_on(&mut self, behind: &Self, width: usize) {
+    pub fn take_on(&mut self, behind: &Self) {
         let (layout, from) = (self.layout, behind.layout);
         let (stride, dense) = (layout.stride(), &behind.factors.dense);
         self.taken = behind.put_off();
-        for number in 0..PUT_OFF {
+        for number in 0..self.taken {
             let own = &mut self.rows[(layout.kept + number) * stride..][..stride];
-            own.fill(0.0);
-            if number < self.taken {
-                let left = dense.left(number);
-                own[..layout.next()].copy_from_slice(&left[..layout.next()]);
-                let border = from.border() - from.next();
-                own[layout.border()..][..width].copy_from_slice(&left[border..border + width]);
-            }
+            from.spread(dense.left(number), own, layout.border());
         }
     }
 
@@ -354,9 +367,14 @@ impl Block {
     /// has to do with them.
     pub fn pass_on(&self, own: &[f64], upstream: &mut [f64], globals: &mut [f64; GLOBALS]) {
         let (next, border) = (self.layout.next(), self.layout.border());
-        for (value, row) in own.iter().zip(self.rows.chunks(self.layout.stride())) {
+        let with_rows = own.iter().zip(self.rows.chunks(self.layout.stride()));
+        for (value, row) in with_rows.filter(|(value, _)| **value != 0.0) {
             add_scaled(upstream, -value, &row[next..next + upstream.len()]);
             add_scaled(globals, -value, &row[border..border + GLOBALS]);
         }
     }
+}
+
+fn columns_of<'a>(row: &'a [f64], columns: &[Range<usize>; 2]) -> [&'a [f64]; 2] {
+    columns.each_ref().map(|columns| &row[columns.clone()])
 }

@@ -2,6 +2,7 @@
 
 use super::rows::{Combination, Multiples, padded};
 use crate::flow::linear::add_scaled;
+use std::ops::Range;
 
 /// Number of columns that are eliminated at a time.
 const PANEL: usize = 8;
@@ -19,6 +20,8 @@ pub(super) struct Dense {
     size: usize,
     /// Number of columns that are eliminated.
     done: usize,
+    /// Number of columns of the right-hand sides. Behind them is room for the columns that are put off.
+    right: usize,
     /// Length of a row.
     stride: usize,
     rows: Vec<f64>,
@@ -35,8 +38,8 @@ pub(super) struct Dense {
 impl Dense {
     /// Makes room for a matrix of a size beside right-hand sides of a number of columns. So many columns may be put off.
     pub fn begin(&mut self, size: usize, right: usize, allowed: usize) {
-        (self.size, self.stride) = (size, padded(size) + padded(right));
-        self.rows.clear();
+        (self.size, self.right) = (size, padded(right));
+        self.stride = padded(size) + self.right + padded(allowed);
         self.rows.resize(size * self.stride, 0.0);
         self.exchanged.clear();
         (self.done, self.allowed) = (size, allowed);
@@ -44,12 +47,17 @@ impl Dense {
         self.order.extend(0..size);
     }
 
-    /// Sets the first numbers of a row of the matrix, and the right-hand sides.
-    pub fn put(&mut self, row: usize, own: &[f64], right: &[f64]) {
-        let from = padded(self.size);
+    /// Sets a row: the first numbers of the matrix, the others being zeros, and the right-hand sides, which are given in two
+    /// parts.
+    pub fn put(&mut self, row: usize, own: &[f64], right: [&[f64]; 2]) {
+        let (from, middle) = (padded(self.size), padded(self.size) + right[0].len());
         let values = &mut self.rows[row * self.stride..][..self.stride];
+        let end = middle + right[1].len();
         values[..own.len()].copy_from_slice(own);
-        values[from..from + right.len()].copy_from_slice(right);
+        values[own.len()..from].fill(0.0);
+        values[from..middle].copy_from_slice(right[0]);
+        values[middle..end].copy_from_slice(right[1]);
+        values[end..].fill(0.0);
     }
 
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
@@ -60,26 +68,29 @@ impl Dense {
         self.rows[row * self.stride + column] += value;
     }
 
-    /// The solutions of a row, after factorisation.
-    pub fn solution(&self, row: usize) -> &[f64] {
-        &self.rows[row * self.stride + padded(self.size)..(row + 1) * self.stride]
+    /// The solutions of a row after factorisation, for the right-hand sides and for the columns that were put off.
+    pub fn solution(&self, row: usize) -> (&[f64], &[f64]) {
+        let solution = &self.rows[row * self.stride + padded(self.size)..(row + 1) * self.stride];
+        let (right, off) = solution.split_at(self.right);
+        (right, &off[..self.put_off()])
     }
 
     fn row(&self, row: usize) -> &[f64] {
         &self.rows[row * self.stride..][..self.size]
     }
 
-    /// Factorises the matrix and solves for the right-hand sides, of which those from the column `off` on are to hold the
-    /// columns that are put off. Returns `false` where the matrix is singular or has a pivot that is not finite.
-    pub fn factorise(&mut self, off: usize) -> bool {
+    /// Factorises the matrix and solves for the right-hand sides and the columns that are put off. Returns `false` where the
+    /// matrix is singular or has a pivot that is not finite.
+    pub fn factorise(&mut self) -> bool {
         if !self.measure() || !self.eliminate_all() {
             return false;
         }
-        let right = padded(self.size) + off;
+        let right = padded(self.size)..padded(self.size) + self.right;
         for row in self.rows.chunks_mut(self.stride) {
-            row.copy_within(self.done..self.size, right);
+            row.copy_within(self.done..self.size, right.end);
         }
-        solve_upper(&mut self.rows, self.done, self.stride, padded(self.size));
+        let end = right.end + padded(self.put_off());
+        solve_upper(&mut self.rows, self.done, self.stride, right.start..end);
         true
     }
 
@@ -101,8 +112,8 @@ impl Dense {
         self.size - self.done
     }
 
-    /// The row that stands at a place of those that are not eliminated: its right-hand sides.
-    pub fn left(&self, number: usize) -> &[f64] {
+    /// The row that stands at a place of those that are not eliminated: its right-hand sides, and its own numbers.
+    pub fn left(&self, number: usize) -> (&[f64], &[f64]) {
         self.solution(self.done + number)
     }
 
@@ -173,6 +184,7 @@ impl Dense {
     /// other; then all rows below.
     fn update(&mut self, first: usize, end: usize) {
         let (stride, right) = (self.stride, first / PANEL * PANEL + PANEL);
+        let columns = right..padded(self.size) + self.right;
         if first == end {
             return;
         }
@@ -182,7 +194,7 @@ impl Dense {
                 rows: &mut own[..stride],
                 stride,
                 factors: Multiples::Inside(first..row),
-                columns: right..stride,
+                columns: columns.clone(),
                 source: &above[first * stride..],
                 source_stride: stride,
                 source_from: right,
@@ -194,7 +206,7 @@ impl Dense {
             rows: below,
             stride,
             factors: Multiples::Inside(first..end),
-            columns: right..stride,
+            columns,
             source: &above[first * stride..],
             source_stride: stride,
             source_from: right,
@@ -273,8 +285,8 @@ enum Pivot {
 /// Number of rows that are solved together.
 const TOGETHER: usize = 4;
 
-/// Solves with an upper triangle in the leading columns of rows for the columns from `from` on.
-fn solve_upper(rows: &mut [f64], size: usize, stride: usize, from: usize) {
+/// Solves with an upper triangle in the leading columns of rows for further columns.
+fn solve_upper(rows: &mut [f64], size: usize, stride: usize, columns: Range<usize>) {
     let mut end = size;
     while end > 0 {
         let start = (end - 1) / TOGETHER * TOGETHER;
@@ -285,10 +297,10 @@ fn solve_upper(rows: &mut [f64], size: usize, stride: usize, from: usize) {
                 rows: group,
                 stride,
                 factors: Multiples::Inside(end..size),
-                columns: from..stride,
+                columns: columns.clone(),
                 source: below,
                 source_stride: stride,
-                source_from: from,
+                source_from: columns.start,
             };
             product.subtract();
         }
@@ -300,16 +312,16 @@ fn solve_upper(rows: &mut [f64], size: usize, stride: usize, from: usize) {
                     rows: own,
                     stride,
                     factors: Multiples::Inside(row + 1..end),
-                    columns: from..stride,
+                    columns: columns.clone(),
                     source: behind,
                     source_stride: stride,
-                    source_from: from,
+                    source_from: columns.start,
                 };
                 product.subtract();
             }
             let own = &mut rows[row * stride..][..stride];
             let inverse = own[row].recip();
-            own[from..].iter_mut().for_each(|value| *value *= inverse);
+            own[columns.clone()].iter_mut().for_each(|value| *value *= inverse);
         }
         end = start;
     }
@@ -332,14 +344,14 @@ mod tests {
             let x = DMatrix::from_fn(size, 3, |i, j| 1.0 + i as f64 - 2.5 * j as f64);
             let b = &a * &x;
             let mut dense = Dense::default();
-            dense.begin(size, 3 + PUT_OFF, 0);
+            dense.begin(size, 3, 0);
             for row in 0..size {
                 let of = |m: &DMatrix<f64>| m.row(row).iter().copied().collect::<Vec<f64>>();
-                dense.put(row, &of(&a), &of(&b));
+                dense.put(row, &of(&a), [&of(&b), &[]]);
             }
-            assert!(dense.factorise(3) && dense.put_off() == 0);
+            assert!(dense.factorise() && dense.put_off() == 0);
             for row in 0..size {
-                assert!((0..3).all(|j| (dense.solution(row)[j] - x[(row, j)]).abs() < 1e-9), "{size}");
+                assert!((0..3).all(|j| (dense.solution(row).0[j] - x[(row, j)]).abs() < 1e-9), "{size}");
             }
             let c = a.transpose() * &x;
             let mut single: Vec<f64> = c.column(1).iter().copied().collect();
@@ -356,11 +368,11 @@ mod tests {
         a.set_column(6, &sum);
         a[(2, 6)] += 1e-7;
         let mut dense = Dense::default();
-        dense.begin(size, 1 + PUT_OFF, PUT_OFF);
+        dense.begin(size, 1, PUT_OFF);
         for row in 0..size {
-            dense.put(row, &a.row(row).iter().copied().collect::<Vec<f64>>(), &[1.0]);
+            dense.put(row, &a.row(row).iter().copied().collect::<Vec<f64>>(), [&[1.0], &[]]);
         }
-        assert!(dense.factorise(1));
+        assert!(dense.factorise());
         assert!((1..4).contains(&dense.put_off()), "{}", dense.put_off());
         let x: Vec<f64> = (0..size).map(|i| (1.7 * i as f64).sin()).collect();
         let mut rows: Vec<usize> = (0..size).collect();
@@ -375,11 +387,11 @@ mod tests {
     fn singular_matrices_have_no_factors() {
         for bad in [0.0, f64::NAN, f64::INFINITY] {
             let mut dense = Dense::default();
-            dense.begin(5, 1 + PUT_OFF, 0);
+            dense.begin(5, 1, 0);
             for row in 0..5 {
-                dense.put(row, &[bad; 5], &[1.0]);
+                dense.put(row, &[bad; 5], [&[1.0], &[]]);
             }
-            assert!(!dense.factorise(1));
+            assert!(!dense.factorise());
         }
     }
 }
