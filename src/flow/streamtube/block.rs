@@ -375,6 +375,7 @@ impl Block {
     }
 }
 
+/// Two parts of a row.
 fn columns_of<'a>(row: &'a [f64], columns: &[Range<usize>; 2]) -> [&'a [f64]; 2] {
     columns.each_ref().map(|columns| &row[columns.clone()])
 }

@@ -8,9 +8,9 @@ use std::ops::Range;
 const PANEL: usize = 8;
 
 /// Smallest pivot over the largest number of its column before elimination; columns with smaller ones are put off.
-const SMALLEST: f64 = 1e-2;
+const SMALLEST: f64 = 3e-3;
 /// Largest number of columns that are put off; where more would have to be, weak pivots are taken.
-pub(super) const PUT_OFF: usize = 23;
+pub(super) const PUT_OFF: usize = 15;
 
 /// A square matrix with right-hand sides beside it; once factorised both triangular factors, of which the lower one has a
 /// unit diagonal that is not stored, and the solutions. Columns without a good pivot are put off: they stand last, together
