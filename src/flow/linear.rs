@@ -148,13 +148,6 @@ pub(crate) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     result
 }
 
-/// Subtracts the product of `a` and the leading rows of `b` from `target`, from its row `row` on and in its leading
-/// columns.
-pub(crate) fn subtract_product(target: &mut DMatrix<f64>, row: usize, a: &DMatrix<f64>, b: &DMatrix<f64>) {
-    let part = view_mut(target).submatrix_mut(row, 0, a.nrows(), b.ncols());
-    faer::linalg::matmul::matmul(part, Accum::Add, view(a), view(b).subrows(0, a.ncols()), -1.0, Par::Seq);
-}
-
 fn view(m: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(m.as_slice(), m.nrows(), m.ncols())
 }
@@ -198,17 +191,6 @@ mod tests {
         let scale = solved.amax() * 17.0;
         assert!((b.dot(&transposed) - expected).abs() < 1e-12 * scale, "{expected}");
         assert!((dot(b.as_slice(), &single) - expected).abs() < 1e-12 * scale, "{expected}");
-    }
-
-    #[test]
-    fn products_are_subtracted_from_parts() {
-        let a = DMatrix::from_fn(3, 4, |i, j| (1 + i * 4 + j) as f64);
-        let b = DMatrix::from_fn(6, 2, |i, j| 0.5 * i as f64 - j as f64);
-        let mut found = DMatrix::from_element(5, 3, 1.0);
-        subtract_product(&mut found, 1, &a, &b);
-        let product = &a * b.rows(0, 4);
-        assert_eq!(found.view((1, 0), (3, 2)), DMatrix::from_element(3, 2, 1.0) - product);
-        assert!(found.row(0).iter().chain(found.row(4).iter()).chain(found.column(2).iter()).all(|v| *v == 1.0));
     }
 
     #[test]

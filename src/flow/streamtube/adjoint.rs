@@ -145,12 +145,8 @@ pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 
     problem.parameters.incidence = unknowns.globals[ALPHA];
     let mut at = kept::linearised(solved, unknowns)?;
     at.add(&problem, unknowns, |pass| outputs(&problem.grid, peaks, pass));
-    at.band.keep_equations();
-    if !at.band.factorise() {
-        return None;
-    }
     // where the lift was held, the angle is from here on
-    let weights = Weights::new(&multipliers(&at.band, ALPHA)?);
+    let weights = Weights::new(&multipliers(&mut at.band, ALPHA)?);
     kept::keep_factors(solved, unknowns, Arc::new(at));
     let nodes = by_nodes(&problem, unknowns, peaks, &weights)?;
     let stream = by_stream(&problem, unknowns, peaks, &weights)?;

@@ -1,48 +1,56 @@
 //! Block-banded systems with a border: stations, and the global unknowns that all of them share.
 //!
-//! A station is linked to the next one by displacements and the layer, and to three stations upstream; of those farther
-//! than one the equations of the speeds alone know, and only the speed of the same tube. Factorisation goes from upstream to
-//! downstream with pivots inside the [blocks](super::block) of the stations; the border is eliminated by its Schur complement.
+//! Stations are eliminated from the end of the wake to the inlet, as what a flow is at a station follows from what is
+//! upstream of it, in supersonic flow from that alone. The other way round pivots inside the [blocks](super::block) of the
+//! stations lose all digits in a large region of supersonic flow. Near the speed of sound this order is not good everywhere
+//! either, so that an equation without a good pivot is put off to the station upstream. To the unknowns of a station belong
+//! the speeds of the interval upstream of it, which the equations along the tubes give.
 //!
-//! The two speeds farther upstream count where the flow is supersonic, or nearly so. There they are put into the equations
-//! from the solutions of these stations: an unknown of a station upstream is its solution less what the station behind it
-//! has to do with it.
+//! The equations of a station know of one station downstream and one upstream, those along a tube of speeds up to three
+//! intervals upstream and of nodes of three stations. The blocks are kept as their transposes, which is the form that the
+//! elimination works on row by row: few numbers stand in the coefficients of unknowns in equations farther downstream.
 
-use super::block::{BORDER, Block, Columns, Equation, RESIDUAL};
+use super::block::Block;
+use super::dense::PUT_OFF;
 use super::numbering::{GLOBALS, Grid, Place, Unknowns};
-use super::rows::{Combination, FewCombined, padded, subtract_row};
-use crate::flow::linear::{Factors, dot};
+use super::rows::{Combination, Entry, FewCombined, Multiples, Sparse, padded};
+use crate::flow::linear::{Factors, add_scaled};
 use nalgebra::DMatrix;
 
-/// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow.
-const NEGLIGIBLE: f64 = 1e-20;
+/// A row of derivatives, by the unknowns of stations and the global ones.
+pub(super) trait Columns {
+    fn add(&mut self, column: Place, value: f64);
+    fn add_global(&mut self, global: usize, value: f64);
+}
 
-/// A linearised system: residuals and derivatives of the stations, the global equations and further rows that depend on
-/// all unknowns.
+/// A linearised system: derivatives of the equations of the stations, of the global equations and of further rows that depend
+/// on all unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Band {
     pub blocks: Vec<Block>,
-    /// Derivatives of the global equations and further rows with respect to the unknowns of every station: a row for
-    /// each unknown of the station.
-    pub below: Vec<DMatrix<f64>>,
-    /// Derivatives of the global equations and further rows with respect to the global unknowns.
+    /// Number of unknowns of each station that are not speeds.
+    pub kept: Vec<usize>,
+    /// Derivatives of the global equations and further rows with respect to the global unknowns: a row for each unknown.
     pub corner: DMatrix<f64>,
+    /// The corner after elimination.
+    pub closing: DMatrix<f64>,
 }
 
 impl Band {
     /// Zeros for a grid with further rows below the global equations.
     pub fn new(grid: &Grid, further: usize) -> Self {
+        let corner = DMatrix::zeros(GLOBALS, GLOBALS + further);
         Self {
-            blocks: (0..grid.count()).map(|i| Block::new(grid, i)).collect(),
-            below: (0..grid.count()).map(|i| DMatrix::zeros(grid.unknowns(i), GLOBALS + further)).collect(),
-            corner: DMatrix::zeros(GLOBALS + further, GLOBALS),
+            blocks: (0..grid.count()).map(|i| Block::new(grid, i, further)).collect(),
+            kept: (0..grid.count()).map(|i| grid.speeds_start(i)).collect(),
+            closing: corner.clone(),
+            corner,
         }
     }
 
     /// Zeros in the memory of this system, for another one on the same grid. Fresh memory costs as much as filling it.
     pub fn cleared(mut self) -> Self {
         self.blocks.iter_mut().for_each(Block::clear);
-        self.below.iter_mut().for_each(|matrix| matrix.fill(0.0));
         self.corner.fill(0.0);
         self
     }
@@ -50,7 +58,7 @@ impl Band {
     /// The derivatives of an equation of a station.
     #[inline(always)]
     pub fn equation(&mut self, row: Place) -> Equation<'_> {
-        self.blocks[row.station].equation(row)
+        Equation { kept: self.kept[row.station], band: self, row }
     }
 
     /// The derivatives of a global equation or further row.
@@ -59,140 +67,177 @@ impl Band {
         FurtherRow { band: self, row }
     }
 
-    /// The residuals, which become the right-hand side.
-    pub fn set_residual(&mut self, station: usize, values: &[f64]) {
-        let block = &mut self.blocks[station];
-        let (stride, place) = (block.layout.stride(), block.layout.border() + RESIDUAL);
-        for (row, value) in block.rows.chunks_mut(stride).zip(values) {
-            row[place] = *value;
+    /// The block of an unknown, and its row there.
+    #[inline(always)]
+    pub fn home(&self, place: Place) -> (usize, usize) {
+        match place.index.checked_sub(self.kept[place.station]) {
+            None => (place.station, place.index),
+            Some(tube) => (place.station + 1, self.blocks[place.station + 1].layout.tube(tube)),
         }
     }
 
-    /// Keeps the equations of the stations, which factorisation overwrites.
-    pub fn keep_equations(&mut self) {
-        self.blocks.iter_mut().for_each(Block::keep_equations);
+    /// Factorises the system without further rows. Returns `false` where a block is singular or not finite.
+    pub fn factorise(&mut self) -> bool {
+        self.eliminate(GLOBALS)
     }
 
-    /// Factorises the system. Returns `false` where a block is singular or not finite.
-    pub fn factorise(&mut self) -> bool {
-        for i in 0..self.blocks.len() {
-            let (done, rest) = self.blocks.split_at_mut(i);
-            let block = &mut rest[0];
+    /// Factorises the system together with the further rows.
+    pub fn factorise_all(&mut self) -> bool {
+        self.eliminate(self.corner.ncols())
+    }
+
+    /// Eliminates all stations, with a number of global equations and further rows.
+    fn eliminate(&mut self, shared: usize) -> bool {
+        for i in (0..self.blocks.len()).rev() {
+            let (upstream, done) = self.blocks.split_at_mut(i + 1);
+            let block = &mut upstream[i];
             block.prepare();
-            put_farther(done, block);
-            if let Some(before) = done.last() {
-                put_first(before, block);
+            let width = padded(shared);
+            if let Some(behind) = done.first() {
+                block.take_on(behind);
+                put_own(behind, block, width);
+                put_lower(behind, block, width);
             }
-            if !block.factorise() {
+            if !block.factorise(shared) {
                 return false;
             }
         }
-        for i in (0..self.blocks.len() - 1).rev() {
-            let (left, right) = self.blocks.split_at_mut(i + 1);
-            let (block, behind) = (&mut left[i], &right[0]);
-            let (layout, border) = (block.layout, block.layout.border());
-            let product = Combination {
-                rows: &mut block.rows,
-                stride: layout.stride(),
-                factors: layout.next()..layout.next() + layout.ahead,
-                columns: border..border + BORDER,
-                source: &behind.rows,
-                source_stride: behind.layout.stride(),
-                source_from: behind.layout.border(),
-            };
-            product.subtract();
+        let first = &self.blocks[0];
+        let layout = first.layout;
+        self.closing.copy_from(&self.corner);
+        for g in 0..GLOBALS {
+            let row = &first.lower[(layout.globals() + g) * layout.lower_stride()..][..layout.lower_stride()];
+            for r in 0..shared {
+                let solved: f64 =
+                    (0..layout.kept + first.taken).map(|e| row[e] * first.row(e)[layout.border() + r]).sum();
+                self.closing[(g, r)] += row[layout.next() + r] - solved;
+            }
         }
         true
     }
 
-    /// The change that takes the residual to zero, after factorisation; `residual` are those of the global equations.
-    pub fn step(&self, residual: &[f64]) -> Option<Unknowns> {
-        let column = |block: &Block| -> Vec<f64> {
-            let place = block.layout.border() + RESIDUAL;
-            block.rows.chunks(block.layout.stride()).map(|row| row[place]).collect()
+    /// The change that takes residuals of the stations and of the global equations to zero, after factorisation.
+    pub fn step(&self, stations: &[Vec<f64>], residual: &[f64]) -> Option<Unknowns> {
+        let count = self.blocks.len();
+        // the equations of each block, those along the tubes last
+        let own = |i: usize| -> Vec<f64> {
+            let tubes: &[f64] = if i > 0 { &stations[i - 1][self.kept[i - 1]..] } else { &[] };
+            [&stations[i][..self.kept[i]], &[0.0; PUT_OFF], tubes].concat()
         };
-        self.closed(self.blocks.iter().map(column).collect(), residual)
-    }
-
-    /// The change for other residuals than those that were factorised, of the stations and of the global equations.
-    pub fn step_for(&self, stations: &[Vec<f64>], residual: &[f64]) -> Option<Unknowns> {
-        let mut solved: Vec<Vec<f64>> = Vec::with_capacity(stations.len());
-        for (block, right) in self.blocks.iter().zip(stations) {
-            let mut own = right.clone();
-            self.subtract_upstream(&solved, &mut own);
-            block.solve(&mut own);
-            solved.push(own);
+        let mut right: Vec<Vec<f64>> = (0..count).map(own).collect();
+        let mut globals: [f64; GLOBALS] = std::array::from_fn(|g| residual[g]);
+        for i in (0..count).rev() {
+            let (upstream, own) = right.split_at_mut(i);
+            let upstream: &mut [f64] = match upstream.last_mut() {
+                Some(upstream) => &mut upstream[..self.kept[i - 1] + self.blocks[i].put_off()],
+                None => &mut [],
+            };
+            self.blocks[i].pass_on(&own[0], upstream, &mut globals);
         }
-        for i in (0..solved.len() - 1).rev() {
-            let (left, right) = solved.split_at_mut(i + 1);
-            let block = &self.blocks[i];
-            let next = block.layout.next()..block.layout.next() + block.layout.ahead;
-            for (row, value) in left[i].iter_mut().enumerate() {
-                *value -= dot(&block.row(row)[next.clone()], &right[0][..next.len()]);
+        let schur = self.closing.columns(0, GLOBALS).transpose();
+        let mut solved = DMatrix::from_column_slice(GLOBALS, 1, &globals);
+        Factors::new(&schur)?.solve(&mut solved);
+        let globals: [f64; GLOBALS] = std::array::from_fn(|g| solved[g]);
+        for i in 0..count {
+            let (upstream, own) = right.split_at_mut(i);
+            self.subtract_upstream(upstream, &globals, &mut own[0]);
+            let known = upstream.last().map_or(&[][..], |upstream| &upstream[self.kept[i - 1]..]);
+            self.blocks[i].solve(&mut own[0], known);
+        }
+        let negative = |values: &[f64]| values.iter().map(|v| -v).collect::<Vec<f64>>();
+        let station = |i: usize| {
+            let mut own = negative(&right[i][..self.kept[i]]);
+            if i + 1 < count {
+                own.extend(negative(&right[i + 1][self.blocks[i + 1].layout.tube(0)..]));
             }
-        }
-        self.closed(solved, residual)
+            own
+        };
+        Some(Unknowns { stations: (0..count).map(station).collect(), globals: globals.map(|v| -v) })
     }
 
-    /// Subtracts from a right-hand side what the stations upstream, which are solved, have to do with it.
-    fn subtract_upstream(&self, solved: &[Vec<f64>], own: &mut [f64]) {
+    /// Subtracts from the right-hand sides of a station what the unknowns upstream and the global ones have to do with them.
+    fn subtract_upstream(&self, solved: &[Vec<f64>], globals: &[f64; GLOBALS], own: &mut [f64]) {
         let i = solved.len();
         let block = &self.blocks[i];
+        let layout = block.layout;
+        let (others, tubes) = own.split_at_mut(layout.tube(0));
+        for (g, value) in globals.iter().enumerate() {
+            add_scaled(others, -value, block.lower_row(layout.globals() + g));
+            add_scaled(tubes, -value, block.global(g));
+        }
         let Some(before) = solved.last() else { return };
-        for (row, value) in own.iter_mut().enumerate() {
-            for &(column, factor) in block.factors.first.row(row) {
-                *value -= factor * before[column as usize];
+        for (row, value) in before[..layout.ahead].iter().enumerate() {
+            add_scaled(others, -value, block.lower_row(row));
+        }
+        let mut first = layout.far_rows();
+        for (k, far) in layout.far.into_iter().enumerate().filter(|(_, far)| *far > 0) {
+            if block.reaches[k] {
+                let from = i - 1 - k;
+                for (tube, value) in solved[from][self.blocks[from].layout.tube(0)..].iter().enumerate() {
+                    add_scaled(others, -value, block.lower_row(first + tube));
+                }
+            }
+            first += far;
+        }
+        for (k, entries) in block.factors.upstream.iter().enumerate().take(i) {
+            for (row, value) in solved[i - 1 - k].iter().enumerate().take(entries.count()) {
+                entries.row(row).iter().for_each(|&(tube, factor)| tubes[tube as usize] -= factor * value);
             }
         }
-        let tubes = supersonic(block);
-        if tubes.is_empty() || i < 2 {
+        for (k, factors) in block.speeds.iter().enumerate().take(i - 1) {
+            let from = i - 1 - k;
+            let speeds = &solved[from][self.blocks[from].layout.tube(0)..];
+            tubes.iter_mut().zip(factors.iter().zip(speeds)).for_each(|(value, (f, q))| *value -= f * q);
+        }
+    }
+}
+
+/// The derivatives of one equation of a station.
+pub(super) struct Equation<'a> {
+    band: &'a mut Band,
+    row: Place,
+    /// Number of equations of the station that do not belong to tubes.
+    kept: usize,
+}
+
+impl Columns for Equation<'_> {
+    #[inline(always)]
+    fn add(&mut self, column: Place, value: f64) {
+        let (home, place) = self.band.home(column);
+        let Place { station, index } = self.row;
+        if index < self.kept {
+            let block = &mut self.band.blocks[home.max(station)];
+            let layout = block.layout;
+            if home >= station {
+                let first = if home == station { 0 } else { layout.next() };
+                block.rows[place * layout.stride() + first + index] += value;
+            } else {
+                block.lower[place * layout.lower_stride() + index] += value;
+            }
             return;
         }
-        // the unknowns upstream where those of the station itself are none
-        let two = &self.blocks[i - 2];
-        let less = |block: &Block, row: usize, solved: &[f64], behind: &[f64]| {
-            let next = block.layout.next();
-            solved[row] - dot(&block.row(row)[next..next + block.layout.ahead], &behind[..block.layout.ahead])
-        };
-        let kept: Vec<f64> = (0..two.layout.kept).map(|row| less(two, row, &solved[i - 2], before)).collect();
-        for tube in tubes {
-            let place = &mut own[block.layout.kept + tube];
-            *place -= block.farther[0][tube] * less(two, two.layout.kept + tube, &solved[i - 2], before);
-            if i > 2 {
-                let three = &self.blocks[i - 3];
-                *place -= block.farther[1][tube] * less(three, three.layout.kept + tube, &solved[i - 3], &kept);
-            }
+        let tube = index - self.kept;
+        let block = &mut self.band.blocks[station + 1];
+        let is_speed = home != column.station;
+        match (station + 1 - home, is_speed) {
+            (0, false) => block.by_tube.push(Entry::new(place, tube, value)),
+            (0, true) => block.diagonal[tube] += value,
+            (k, false) => block.upstream[k - 1].push(Entry::new(place, tube, value)),
+            (k, true) => block.speeds[k - 1][tube] += value,
         }
     }
 
-    /// The change from the solutions of the stations with their residuals as right-hand sides, with the global unknowns.
-    fn closed(&self, solved: Vec<Vec<f64>>, residual: &[f64]) -> Option<Unknowns> {
-        let mut schur = self.corner.rows(0, GLOBALS).into_owned();
-        let mut right = DMatrix::from_fn(GLOBALS, 1, |g, _| -residual[g]);
-        for ((block, below), solved) in self.blocks.iter().zip(&self.below).zip(&solved) {
-            let border = block.layout.border();
-            for g in 0..GLOBALS {
-                let height = below.nrows();
-                let column = &below.as_slice()[g * height..(g + 1) * height];
-                if column.iter().all(|v| *v == 0.0) {
-                    continue;
-                }
-                right[g] += dot(column, solved);
-                for (factor, row) in column.iter().zip(block.rows.chunks(block.layout.stride())) {
-                    for k in 0..GLOBALS {
-                        schur[(g, k)] -= factor * row[border + k];
-                    }
-                }
-            }
+    #[inline(always)]
+    fn add_global(&mut self, global: usize, value: f64) {
+        let Place { station, index } = self.row;
+        if index < self.kept {
+            let block = &mut self.band.blocks[station];
+            let layout = block.layout;
+            block.lower[(layout.globals() + global) * layout.lower_stride() + index] += value;
+        } else {
+            let block = &mut self.band.blocks[station + 1];
+            block.by_globals[global * block.layout.tubes + index - self.kept] += value;
         }
-        Factors::new(&schur)?.solve(&mut right);
-        let globals: [f64; GLOBALS] = std::array::from_fn(|g| right[g]);
-        let station = |(block, solved): (&Block, &Vec<f64>)| -> Vec<f64> {
-            let border = block.layout.border();
-            let rows = block.rows.chunks(block.layout.stride());
-            rows.zip(solved).map(|(row, value)| -value - dot(&row[border..border + GLOBALS], &globals)).collect()
-        };
-        Some(Unknowns { stations: self.blocks.iter().zip(&solved).map(station).collect(), globals })
     }
 }
 
@@ -205,83 +250,150 @@ pub(super) struct FurtherRow<'a> {
 impl Columns for FurtherRow<'_> {
     #[inline(always)]
     fn add(&mut self, column: Place, value: f64) {
-        self.band.below[column.station][(column.index, self.row)] += value;
+        let (home, place) = self.band.home(column);
+        let block = &mut self.band.blocks[home];
+        block.rows[place * block.layout.stride() + block.layout.border() + self.row] += value;
     }
 
     #[inline(always)]
     fn add_global(&mut self, global: usize, value: f64) {
-        self.band.corner[(self.row, global)] += value;
+        self.band.corner[(global, self.row)] += value;
     }
 }
 
-/// Tubes of a block whose equations know of speeds farther upstream.
-pub(super) fn supersonic(block: &Block) -> Vec<usize> {
-    let counts = |tube: &usize| block.farther.iter().any(|values| !(values[*tube].abs() <= NEGLIGIBLE));
-    (0..block.layout.tubes).filter(counts).collect()
+/// Columns of the equations of a station, in its own rows and in the solutions of the station behind it: those that are not
+/// of tubes, and the global ones.
+fn parts(behind: &Block, block: &Block, width: usize) -> [(usize, usize, usize); 2] {
+    let next = behind.layout.next();
+    [(0, block.own_width(), next), (block.layout.border(), width, behind.layout.border())]
 }
 
-/// Puts the solutions of the station before into the equations of a station.
-fn put_first(before: &Block, block: &mut Block) {
-    let (layout, from) = (block.layout, before.layout);
-    let parts = [(0, padded(layout.kept), from.next()), (layout.border(), BORDER, from.border())];
-    for (column, width, source_from) in parts {
-        let product = FewCombined {
-            rows: &mut block.rows,
-            stride: layout.stride(),
-            columns: column..column + width,
-            factors: &block.factors.first,
-            source: &before.rows,
-            source_stride: from.stride(),
-            source_from,
-        };
-        product.subtract();
+/// Puts the solutions of the station behind into the rows of a station's own unknowns.
+fn put_own(behind: &Block, block: &mut Block, width: usize) {
+    let (layout, from) = (block.layout, behind.layout);
+    let (stride, lower_stride) = (layout.stride(), from.lower_stride());
+    let (others, speeds) = (layout.tube(0), from.far_rows());
+    let known = from.next()..from.next() + width;
+    for (row, own) in block.rows.chunks_mut(stride).enumerate() {
+        if (layout.kept..others).contains(&row) {
+            continue;
+        }
+        let lower = if row < layout.kept { row } else { speeds + row - others };
+        let values = &behind.lower[lower * lower_stride..][known.clone()];
+        add_scaled(&mut own[layout.border()..][..width], 1.0, values);
+    }
+    for (column, width, source_from) in parts(behind, block, width) {
+        let (kept, tubes) = block.rows.split_at_mut(others * stride);
+        let kept = &mut kept[..layout.kept * stride];
+        let groups = [(kept, 0, true), (tubes, speeds, behind.reaches[0])];
+        for (rows, first, _) in groups.into_iter().filter(|(_, _, counts)| *counts) {
+            let product = Combination {
+                rows,
+                stride,
+                factors: Multiples::Apart(
+                    &behind.lower[first * lower_stride..],
+                    lower_stride,
+                    from.kept + behind.taken,
+                ),
+                columns: column..column + width,
+                source: &behind.rows,
+                source_stride: from.stride(),
+                source_from,
+            };
+            product.subtract();
+        }
+        let (kept, tubes) = block.rows.split_at_mut(others * stride);
+        put_tubes(behind, &behind.factors.upstream[0], kept, (stride, column, width, source_from));
+        put_speeds(behind, &behind.speeds[0], tubes, (stride, column, width, source_from));
     }
 }
 
-/// Puts the solutions of the second and third station upstream into the equations of the speeds of a station.
-fn put_farther(done: &[Block], block: &mut Block) {
-    let tubes = supersonic(block);
-    let [.., two, one] = done else { return };
-    if tubes.is_empty() {
-        return;
+/// Puts the solutions of the station behind into the rows of unknowns farther upstream, which it makes.
+fn put_lower(behind: &Block, block: &mut Block, width: usize) {
+    let (layout, from) = (block.layout, behind.layout);
+    let (stride, from_stride) = (layout.lower_stride(), from.lower_stride());
+    let fast = behind.is_fast();
+    block.reaches = [fast || behind.reaches[1], fast];
+    let far = layout.far_rows();
+    for g in 0..GLOBALS {
+        let known = &behind.lower[(from.globals() + g) * from_stride + from.next()..][..width];
+        block.lower[(layout.globals() + g) * stride + layout.next()..][..width].copy_from_slice(known);
     }
-    let three = done.len().checked_sub(3).map(|k| &done[k]);
-    // columns of a row: derivatives by the second station upstream; by the first, with the border; by the own, with the border
-    let layout = block.layout;
-    let by_one = padded(two.layout.kept);
-    let border = by_one + padded(one.layout.kept);
-    let by_own = border + BORDER;
-    let stride = by_own + padded(layout.kept) + BORDER;
-    let mut rows = vec![0.0; tubes.len() * stride];
-    for (row, &tube) in rows.chunks_mut(stride).zip(&tubes) {
-        let [second, third] = [0, 1].map(|k| block.farther[k][tube]);
-        let solution = two.row(two.layout.kept + tube);
-        subtract_row(&mut row[by_one..by_own], second, &solution[two.layout.next()..]);
-        if let Some(three) = three {
-            let solution = three.row(three.layout.kept + tube);
-            subtract_row(&mut row[..by_one], third, &solution[three.layout.next()..three.layout.border()]);
-            subtract_row(&mut row[border..by_own], third, &solution[three.layout.border()..]);
+    if behind.reaches[1] {
+        for tube in 0..layout.far[0] {
+            let known = &behind.lower[(from.far_rows() + from.far[0] + tube) * from_stride + from.next()..][..width];
+            block.lower[(far + tube) * stride + layout.next()..][..width].copy_from_slice(known);
         }
     }
-    let steps = [(two, 0..two.layout.kept, by_one..by_own), (one, by_one..by_one + one.layout.kept, by_own..stride)];
-    for (from, factors, columns) in steps {
-        let product = Combination {
-            rows: &mut rows,
-            stride,
-            factors,
-            columns,
-            source: &from.rows,
-            source_stride: from.layout.stride(),
-            source_from: from.layout.next(),
-        };
-        product.subtract();
+    let parts = [(0, block.own_width(), from.next()), (layout.next(), width, from.border())];
+    for (column, width, source_from) in parts {
+        let (shared, speeds) = block.lower.split_at_mut(far * stride);
+        let (kept, globals) = shared.split_at_mut(layout.globals() * stride);
+        let (two, three) = speeds.split_at_mut(layout.far[0] * stride);
+        let place = (stride, column, width, source_from);
+        put_tubes(behind, &behind.factors.upstream[1], kept, place);
+        let globals_from = &behind.lower[from.globals() * from_stride..];
+        let far_from = &behind.lower[(from.far_rows() + from.far[0]) * from_stride..];
+        let tubes = &behind.rows[from.tube(0) * from.stride()..];
+        combine(
+            behind,
+            &behind.rows,
+            globals,
+            Multiples::Apart(globals_from, from_stride, from.kept + behind.taken),
+            place,
+        );
+        combine(behind, tubes, globals, Multiples::Apart(&behind.by_globals, from.tubes, from.tubes), place);
+        if behind.reaches[1] {
+            combine(
+                behind,
+                &behind.rows,
+                two,
+                Multiples::Apart(far_from, from_stride, from.kept + behind.taken),
+                place,
+            );
+        }
+        if fast {
+            put_speeds(behind, &behind.speeds[1], two, place);
+            put_speeds(behind, &behind.speeds[2], three, place);
+        }
     }
-    for (row, &tube) in rows.chunks(stride).zip(&tubes) {
-        let own = &mut block.rows[(layout.kept + tube) * layout.stride()..][..layout.stride()];
-        let width = padded(layout.kept);
-        subtract_row(&mut own[..width], -1.0, &row[by_own..]);
-        subtract_row(&mut own[layout.border()..], -1.0, &row[border..by_own]);
-        subtract_row(&mut own[layout.border()..], -1.0, &row[by_own + width..]);
+}
+
+/// Length of the rows from which is subtracted, first column, number of columns, and first column of the solutions.
+type Part = (usize, usize, usize, usize);
+
+fn combine(
+    behind: &Block,
+    source: &[f64],
+    rows: &mut [f64],
+    factors: Multiples,
+    (stride, column, width, source_from): Part,
+) {
+    let columns = column..column + width;
+    let source_stride = behind.layout.stride();
+    Combination { rows, stride, factors, columns, source, source_stride, source_from }.subtract();
+}
+
+/// Subtracts what the equations along the tubes of the station behind have to do with unknowns.
+fn put_tubes(behind: &Block, factors: &Sparse, rows: &mut [f64], (stride, column, width, source_from): Part) {
+    let product = FewCombined {
+        rows,
+        stride,
+        columns: column..column + width,
+        factors,
+        source: &behind.rows[behind.layout.tube(0) * behind.layout.stride()..],
+        source_stride: behind.layout.stride(),
+        source_from,
+    };
+    product.subtract();
+}
+
+/// Subtracts what the equation along each tube of the station behind has to do with a speed of this tube.
+fn put_speeds(behind: &Block, factors: &[f64], rows: &mut [f64], (stride, column, width, source_from): Part) {
+    let layout = behind.layout;
+    for (tube, (row, factor)) in rows.chunks_mut(stride).zip(factors).enumerate() {
+        let source = &behind.row(layout.tube(tube))[source_from..source_from + width];
+        add_scaled(&mut row[column..column + width], -factor, source);
     }
 }
 
@@ -300,35 +412,54 @@ impl Band {
     /// An equation of a station times a change of all unknowns, before factorisation.
     pub fn times(&self, row: Place, change: &Unknowns) -> f64 {
         let (i, r) = (row.station, row.index);
-        let block = &self.blocks[i];
-        let (layout, own) = (block.layout, block.row(r));
-        let product = |factors: &[f64], values: &[f64]| -> f64 { factors.iter().zip(values).map(|(a, b)| a * b).sum() };
-        let mut sum = product(&own[..layout.kept], &change.stations[i]);
-        sum += product(&own[layout.border()..][..GLOBALS], &change.globals);
-        if let Some(next) = change.stations.get(i + 1) {
-            sum += product(&own[layout.next()..][..layout.ahead], next);
-        }
-        let few = |entries: &[super::rows::Entry], values: &[f64]| -> f64 {
-            entries.iter().filter(|e| e.row as usize == r).map(|e| e.value * values[e.column as usize]).sum()
-        };
-        sum += few(&block.by_speed, &change.stations[i][layout.kept..]);
-        if i > 0 {
-            sum += few(&block.first, &change.stations[i - 1]);
-        }
-        if let Some(tube) = r.checked_sub(layout.kept) {
-            sum += block.diagonal[tube] * change.stations[i][r];
-            for k in 2..=i.min(3) {
-                sum += block.farther[k - 2][tube] * change.stations[i - k][self.blocks[i - k].layout.kept + tube];
+        let Some(tube) = r.checked_sub(self.kept[i]) else {
+            let block = &self.blocks[i];
+            let own = |block: &Block, column: usize| -> f64 {
+                let unknowns = (0..block.layout.size()).map(|u| block.row(u)[column] * self.at(change, block, u));
+                unknowns.sum()
+            };
+            let mut sum = own(block, r);
+            if let Some(next) = self.blocks.get(i + 1) {
+                sum += own(next, next.layout.next() + r);
             }
+            if i > 0 {
+                sum += (0..block.layout.ahead).map(|u| block.lower_row(u)[r] * change.stations[i - 1][u]).sum::<f64>();
+            }
+            let globals = block.layout.globals();
+            return sum + (0..GLOBALS).map(|g| block.lower_row(globals + g)[r] * change.globals[g]).sum::<f64>();
+        };
+        let block = &self.blocks[i + 1];
+        let few = |entries: &[Entry], values: &[f64]| -> f64 {
+            entries.iter().filter(|e| e.column as usize == tube).map(|e| e.value * values[e.row as usize]).sum()
+        };
+        let mut sum = few(&block.by_tube, &change.stations[i + 1]) + few(&block.upstream[0], &change.stations[i]);
+        if i > 0 {
+            sum += few(&block.upstream[1], &change.stations[i - 1]);
         }
-        sum
+        sum += block.diagonal[tube] * change.stations[i][r];
+        for k in 1..=i.min(3) {
+            sum += block.speeds[k - 1][tube] * change.stations[i - k][self.kept[i - k] + tube];
+        }
+        sum + (0..GLOBALS).map(|g| block.global(g)[tube] * change.globals[g]).sum::<f64>()
+    }
+
+    /// The change of the unknown of a row of a block.
+    fn at(&self, change: &Unknowns, block: &Block, unknown: usize) -> f64 {
+        let i = self.blocks.iter().position(|own| std::ptr::eq(own, block)).unwrap();
+        match unknown.checked_sub(block.layout.tube(0)) {
+            None if unknown >= block.layout.kept => 0.0,
+            None => change.stations[i][unknown],
+            Some(tube) => change.stations[i - 1][self.kept[i - 1] + tube],
+        }
     }
 
     /// A global equation or further row times a change of all unknowns.
     pub fn times_global(&self, row: usize, change: &Unknowns) -> f64 {
-        let stations = self.below.iter().zip(&change.stations);
-        let of_stations: f64 =
-            stations.map(|(b, c)| b.column(row).iter().zip(c).map(|(a, b)| a * b).sum::<f64>()).sum();
-        of_stations + self.corner.row(row).iter().zip(&change.globals).map(|(a, b)| a * b).sum::<f64>()
+        let of = |block: &Block| -> f64 {
+            let column = block.layout.border() + row;
+            (0..block.layout.size()).map(|u| block.row(u)[column] * self.at(change, block, u)).sum()
+        };
+        let of_globals: f64 = (0..GLOBALS).map(|g| self.corner[(g, row)] * change.globals[g]).sum();
+        self.blocks.iter().map(of).sum::<f64>() + of_globals
     }
 }

@@ -1,132 +1,145 @@
-//! The equations of one station, and their factors.
+//! The unknowns of one station, their coefficients in the equations, and the factors of the station's own part.
 //!
-//! Rows are equations and lie one after the other: the derivatives by the station's own displacements and layer, by those of
-//! the next station, and by the global unknowns with the residual. The equation of a speed knows of the station's own speeds
-//! this one alone, so that its diagonal is a pivot that costs nothing, and the dense factors have the size of the other
-//! unknowns. That derivative vanishes at the speed of sound; speeds with such weak pivots stay among the unknowns of the
-//! dense factors. What a station upstream has to do with the equations are few numbers, which are kept as a list.
+//! The unknowns of a station are its displacements and its layer, and the speeds of the tubes between the station upstream and
+//! itself. Rows are unknowns and lie one after the other: their coefficients in the equations of the station itself, in those
+//! of the station upstream, and in the global equations and further rows. The equation along a tube knows of the speeds
+//! of the station this one alone, so that its diagonal is a pivot that costs nothing, and the dense factors have the size of the
+//! other unknowns. That derivative vanishes in supersonic flow; speeds with such weak pivots stay among the unknowns of the
+//! dense factors.
 
-use super::dense::Dense;
-use super::numbering::{GLOBALS, Grid, Place};
-use super::rows::{Combination, Entry, FewCombined, Sparse, padded, subtract_row, subtract_transposed};
+use super::dense::{Dense, PUT_OFF};
+use super::numbering::{GLOBALS, Grid};
+use super::rows::{Combination, Entry, FewCombined, Multiples, Sparse, padded};
+use crate::flow::linear::add_scaled;
+use std::ops::Range;
 
-/// Smallest pivot of a speed that is taken out, over the largest derivative of another equation by that speed.
-const WEAK: f64 = 0.1;
-/// Columns of the global unknowns and the residual, with those that fill up the row.
-pub(super) const BORDER: usize = 16;
-/// Column of the residual among these.
-pub(super) const RESIDUAL: usize = GLOBALS;
-
-const _: () = assert!(GLOBALS < BORDER);
+/// Smallest pivot of a speed that is taken out, over the largest coefficient of this speed in another equation.
+const WEAK: f64 = 0.01;
+/// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow.
+const NEGLIGIBLE: f64 = 1e-20;
 
 /// Numbers of unknowns of a station, and where the parts of its rows begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Layout {
-    /// Number of displacements and unknowns of the layer.
+    /// Number of displacements and unknowns of the layer, and of the equations that belong to them.
     pub kept: usize,
-    /// Number of speeds.
+    /// Number of speeds upstream of the station, and of the equations along these tubes.
     pub tubes: usize,
-    /// Number of displacements and unknowns of the layer of the next station.
+    /// Number of displacements and unknowns of the layer of the station upstream.
     pub ahead: usize,
+    /// Number of speeds upstream of that station, and of those upstream of the one before.
+    pub far: [usize; 2],
+    /// Number of global equations and further rows.
+    pub shared: usize,
 }
 
 impl Layout {
-    fn new(grid: &Grid, station: usize) -> Self {
-        let kept = grid.speeds_start(station);
-        let ahead = if station + 1 < grid.count() { grid.speeds_start(station + 1) } else { 0 };
-        Self { kept, tubes: grid.unknowns(station) - kept, ahead }
+    fn new(grid: &Grid, station: usize, further: usize) -> Self {
+        let tubes = |before: usize| if station > before { grid.tubes() } else { 0 };
+        Self {
+            kept: grid.speeds_start(station),
+            tubes: tubes(0),
+            ahead: if station > 0 { grid.speeds_start(station - 1) } else { 0 },
+            far: [tubes(1), tubes(2)],
+            shared: GLOBALS + further,
+        }
     }
 
-    /// Number of equations.
+    /// Number of rows: displacements and layer, unknowns that were put off downstream, and speeds.
     pub fn size(self) -> usize {
-        self.kept + self.tubes
+        self.tube(0) + self.tubes
     }
 
-    /// First column of the next station.
+    /// The row of the speed of a tube, or of the equation along it.
+    pub fn tube(self, tube: usize) -> usize {
+        self.kept + PUT_OFF + tube
+    }
+
+    /// First column of the equations of the station upstream.
     pub fn next(self) -> usize {
-        padded(self.kept)
+        padded(self.kept + PUT_OFF)
     }
 
-    /// First column of the border.
+    /// First column of the global equations and further rows.
     pub fn border(self) -> usize {
-        self.next() + padded(self.ahead)
+        self.next() + padded(self.ahead + PUT_OFF)
     }
 
     /// Length of a row.
     pub fn stride(self) -> usize {
-        self.border() + BORDER
+        self.border() + padded(self.shared)
+    }
+
+    /// Length of a row of [`Block::lower`].
+    pub fn lower_stride(self) -> usize {
+        self.next() + padded(self.shared)
+    }
+
+    /// First row of [`Block::lower`] with a global unknown.
+    pub fn globals(self) -> usize {
+        self.ahead
+    }
+
+    /// First row of [`Block::lower`] with a speed upstream of the station upstream.
+    pub fn far_rows(self) -> usize {
+        self.ahead + GLOBALS
+    }
+
+    /// Puts right-hand sides of the dense factors into a row: those with columns of the station upstream, what was put off
+    /// behind them, and from the column `border` on those of the global equations and further rows.
+    fn spread(self, (right, put_off): (&[f64], &[f64]), row: &mut [f64], border: usize) {
+        let (ahead, shared) = right.split_at(padded(self.ahead));
+        row[..self.ahead].copy_from_slice(&ahead[..self.ahead]);
+        row[self.ahead..][..put_off.len()].copy_from_slice(put_off);
+        row[border..][..shared.len()].copy_from_slice(shared);
+    }
+
+    fn lower_rows(self) -> usize {
+        self.far_rows() + self.far[0] + self.far[1]
     }
 }
 
-/// The equations of one station; once factorised, in the columns of the next station and of the border the solutions with
-/// these as right-hand sides.
+/// The unknowns of one station. Where a station has no good pivots for all of its equations, some equations and as many unknowns
+/// are put off to the station upstream; their columns stand behind those of the equations of that station, and their rows
+/// behind its displacements and layer. An equation that was put off is its own solution.
+///
+/// Once factorised, in the columns of the station upstream and of the global equations the
+/// solutions with these as right-hand sides, a row for every equation of the station.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     pub layout: Layout,
     pub rows: Vec<f64>,
-    /// Derivative of the equation of each speed by this speed.
+    /// Coefficients of other unknowns in the equations of the station, and behind them what has become of their
+    /// coefficients in the global equations. A row for each displacement and unknown of the layer of the station upstream; for
+    /// each global unknown; for each speed upstream of that station, and of the one before.
+    pub lower: Vec<f64>,
+    /// Whether the speeds farther upstream have coefficients in [`lower`](Self::lower).
+    pub reaches: [bool; 2],
+    /// Coefficient of each speed in the equation along its tube.
     pub diagonal: Vec<f64>,
-    /// Derivatives of the other equations by the speeds: row, tube.
-    pub by_speed: Vec<Entry>,
-    /// Derivatives by the unknowns of the station before: row, unknown.
-    pub first: Vec<Entry>,
-    /// Derivatives of the equation of each speed by the speed of this tube two and three stations upstream.
-    pub farther: [Vec<f64>; 2],
-    /// Derivatives by the global unknowns, which factorisation overwrites: row by row.
+    /// Coefficients of the station's unknowns in the equations along the tubes: unknown, tube.
+    pub by_tube: Vec<Entry>,
+    /// Coefficients of the unknowns of the first and second station upstream in these equations: unknown, tube.
+    pub upstream: [Vec<Entry>; 2],
+    /// Coefficients of the speed of the same tube, from one to three intervals upstream.
+    pub speeds: [Vec<f64>; 3],
+    /// Coefficients of the global unknowns: unknown by unknown.
     pub by_globals: Vec<f64>,
-    /// The derivatives by the station's own displacements and layer and by those of the next one, before factorisation and
-    /// where they are kept.
-    pub equations: [Sparse; 2],
+    /// Number of unknowns and equations that were put off downstream.
+    pub taken: usize,
     pub factors: Factors,
-}
-
-/// A row of derivatives, by the unknowns of stations and the global ones.
-pub(super) trait Columns {
-    fn add(&mut self, column: Place, value: f64);
-    fn add_global(&mut self, global: usize, value: f64);
-}
-
-/// The derivatives of one equation of a station.
-pub(super) struct Equation<'a> {
-    block: &'a mut Block,
-    place: Place,
-}
-
-impl Columns for Equation<'_> {
-    #[inline(always)]
-    fn add(&mut self, column: Place, value: f64) {
-        let Self { block, place: row } = self;
-        let layout = block.layout;
-        let from = row.index * layout.stride();
-        match row.station + 1 - column.station {
-            0 => block.rows[from + layout.next() + column.index] += value,
-            1 if column.index < layout.kept => block.rows[from + column.index] += value,
-            1 if row.index == column.index => block.diagonal[row.index - layout.kept] += value,
-            1 => block.by_speed.push(Entry::new(row.index, column.index - layout.kept, value)),
-            2 => block.first.push(Entry::new(row.index, column.index, value)),
-            distance => block.farther[distance - 3][row.index - layout.kept] += value,
-        }
-    }
-
-    #[inline(always)]
-    fn add_global(&mut self, global: usize, value: f64) {
-        let layout = self.block.layout;
-        self.block.rows[self.place.index * layout.stride() + layout.border() + global] += value;
-    }
 }
 
 /// Factors of the station's own part.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Factors {
-    /// [`Block::first`], row by row.
-    pub first: Sparse,
-    /// Tubes whose speeds are taken out.
-    out: Vec<usize>,
-    /// Tubes whose speeds are not.
+    /// [`Block::upstream`], unknown by unknown.
+    pub upstream: [Sparse; 2],
+    /// Tubes whose speeds are not taken out.
     weak: Vec<usize>,
-    /// Reciprocals of the pivots of the speeds that are taken out, by tube.
+    /// Reciprocals of the pivots of the speeds that are taken out, zero for others.
     inverse: Vec<f64>,
-    /// Derivatives of the kept equations by the speeds that are taken out: row, tube.
+    /// Coefficients in the equations along the tubes whose speeds are taken out: unknown, tube.
     by_out: Sparse,
     /// Factors of what is left, with the weak speeds last.
     dense: Dense,
@@ -134,97 +147,107 @@ pub(super) struct Factors {
 
 impl Block {
     /// Zeros for a station of a grid.
-    pub fn new(grid: &Grid, station: usize) -> Self {
-        let layout = Layout::new(grid, station);
+    pub fn new(grid: &Grid, station: usize, further: usize) -> Self {
+        let layout = Layout::new(grid, station, further);
+        let tubes = || vec![0.0; layout.tubes];
         Self {
             layout,
             rows: vec![0.0; layout.size() * layout.stride()],
-            diagonal: vec![0.0; layout.tubes],
-            by_speed: Vec::new(),
-            first: Vec::new(),
-            farther: [vec![0.0; layout.tubes], vec![0.0; layout.tubes]],
-            by_globals: Vec::new(),
-            equations: [Sparse::default(), Sparse::default()],
+            lower: vec![0.0; layout.lower_rows() * layout.lower_stride()],
+            reaches: [false; 2],
+            diagonal: tubes(),
+            by_tube: Vec::new(),
+            upstream: [Vec::new(), Vec::new()],
+            speeds: [tubes(), tubes(), tubes()],
+            by_globals: vec![0.0; GLOBALS * layout.tubes],
+            taken: 0,
             factors: Factors::default(),
         }
     }
 
     /// Sets everything to zero.
     pub fn clear(&mut self) {
-        self.rows.fill(0.0);
+        let (layout, lower_stride) = (self.layout, self.layout.lower_stride());
+        let (others, speeds) = self.rows.split_at_mut(layout.tube(0) * layout.stride());
+        others[..(layout.kept + self.taken) * layout.stride()].fill(0.0);
+        speeds.fill(0.0);
+        // nothing else has been touched
+        let (shared, far) = self.lower.split_at_mut(layout.far_rows() * lower_stride);
+        shared.fill(0.0);
+        let (two, three) = far.split_at_mut(layout.far[0] * lower_stride);
+        for (rows, touched) in [two, three].into_iter().zip(self.reaches) {
+            if touched {
+                rows.fill(0.0);
+            }
+        }
+        self.taken = 0;
+        self.reaches = [false; 2];
         self.diagonal.fill(0.0);
-        self.by_speed.clear();
-        self.first.clear();
-        self.farther.iter_mut().for_each(|values| values.fill(0.0));
+        self.by_tube.clear();
+        self.upstream.iter_mut().for_each(Vec::clear);
+        self.speeds.iter_mut().for_each(|values| values.fill(0.0));
+        self.by_globals.fill(0.0);
     }
 
-    /// The row of an equation.
+    /// The row of an unknown, or once factorised of an equation.
     pub fn row(&self, row: usize) -> &[f64] {
         &self.rows[row * self.layout.stride()..][..self.layout.stride()]
     }
 
-    /// The derivatives of the equation at a place of this station.
-    pub fn equation(&mut self, place: Place) -> Equation<'_> {
-        Equation { block: self, place }
+    /// The coefficients of an unknown from elsewhere in the equations of the station that do not belong to tubes.
+    pub fn lower_row(&self, row: usize) -> &[f64] {
+        &self.lower[row * self.layout.lower_stride()..][..self.layout.kept + self.taken]
     }
 
-    /// Keeps the equations, which factorisation overwrites.
-    pub fn keep_equations(&mut self) {
-        let layout = self.layout;
-        let parts = [0..layout.kept, layout.next()..layout.next() + layout.ahead];
-        self.equations = parts.map(|columns| {
-            let mut entries = Vec::with_capacity(20 * layout.size());
-            for (row, own) in self.rows.chunks(layout.stride()).enumerate() {
-                let numbers = own[columns.clone()].iter().enumerate().filter(|(_, value)| **value != 0.0);
-                entries.extend(numbers.map(|(column, &value)| Entry::new(row, column, value)));
-            }
-            Sparse::new(layout.size(), &entries)
-        });
+    /// The coefficients of a global unknown in the equations along the tubes.
+    pub fn global(&self, global: usize) -> &[f64] {
+        &self.by_globals[global * self.layout.tubes..][..self.layout.tubes]
     }
 
-    /// Keeps the derivatives by the global unknowns, which factorisation overwrites, and puts the lists in order.
+    /// Whether the equations along the tubes know of speeds two or three intervals upstream.
+    pub fn is_fast(&self) -> bool {
+        self.speeds[1..].iter().flatten().any(|value| !(value.abs() <= NEGLIGIBLE))
+    }
+
+    /// Puts the lists in order.
     pub fn prepare(&mut self) {
-        let border = self.layout.border();
-        self.by_globals.clear();
-        for row in self.rows.chunks(self.layout.stride()) {
-            self.by_globals.extend_from_slice(&row[border..border + GLOBALS]);
-        }
-        self.factors.first = Sparse::new(self.layout.size(), &self.first);
+        let rows = [self.layout.ahead, self.upstream[1].iter().map(|e| e.row as usize + 1).max().unwrap_or(0)];
+        self.factors.upstream = [0, 1].map(|k| Sparse::new(rows[k], &self.upstream[k]));
     }
 
-    /// Factorises the station's own part and solves with the other columns as right-hand sides. Returns `false` where it is
-    /// singular or holds a number that is not finite.
-    pub fn factorise(&mut self) -> bool {
-        let Layout { kept, tubes, .. } = self.layout;
-        let (stride, next) = (self.layout.stride(), self.layout.next());
+    /// Factorises the station's own part and solves with the columns of the station upstream and with the first `shared` ones of
+    /// the border as right-hand sides. Returns `false` where it is singular or holds a number that is not finite.
+    pub fn factorise(&mut self, shared: usize) -> bool {
+        let Layout { tubes, ahead, .. } = self.layout;
+        let (stride, next, border) = (self.layout.stride(), self.layout.next(), self.layout.border());
+        let (kept, first) = (self.layout.kept + self.taken, self.layout.tube(0));
         self.sort_speeds();
-        let Factors { out, weak, inverse, by_out, dense, .. } = &mut self.factors;
-        let (others, speeds) = self.rows.split_at_mut(kept * stride);
-        for &tube in &*out {
-            speeds[tube * stride..][..stride].iter_mut().for_each(|value| *value *= inverse[tube]);
+        let Factors { weak, inverse, by_out, dense, .. } = &mut self.factors;
+        let (others, speeds) = self.rows.split_at_mut(first * stride);
+        let right = [next..next + padded(ahead), border..border + padded(shared)];
+        let [ahead_columns, shared_columns] = right.clone();
+        for columns in [0..padded(kept), ahead_columns, shared_columns] {
+            for (row, inverse) in speeds.chunks_mut(stride).zip(&*inverse).filter(|(_, inverse)| **inverse != 0.0) {
+                row[columns.clone()].iter_mut().for_each(|value| *value *= inverse);
+            }
+            if tubes > 0 {
+                let source_from = columns.start;
+                let (factors, source, source_stride) = (&*by_out, &*speeds, stride);
+                FewCombined { rows: others, stride, columns, factors, source, source_stride, source_from }.subtract();
+            }
         }
-        if tubes > 0 {
-            let product = FewCombined {
-                rows: others,
-                stride,
-                columns: 0..stride,
-                factors: by_out,
-                source: speeds,
-                source_stride: stride,
-                source_from: 0,
-            };
-            product.subtract();
-        }
-        dense.begin(kept + weak.len(), stride - next);
+        // there is nothing upstream of the first station
+        let allowed = if ahead > 0 { PUT_OFF } else { 0 };
+        dense.begin(kept + weak.len(), right.iter().map(Range::len).sum(), allowed);
         for (row, own) in self.rows.chunks(stride).take(kept).enumerate() {
-            dense.put(row, &own[..kept], &own[next..]);
+            dense.put(row, &own[..kept], columns_of(own, &right));
         }
         for (number, &tube) in weak.iter().enumerate() {
-            let own = &self.rows[(kept + tube) * stride..][..stride];
-            dense.put(kept + number, &own[..kept], &own[next..]);
+            let own = &self.rows[(first + tube) * stride..][..stride];
+            dense.put(kept + number, &own[..kept], columns_of(own, &right));
             dense.set(kept + number, kept + number, self.diagonal[tube]);
         }
-        for entry in &self.by_speed {
+        for entry in &self.by_tube {
             if let Some(number) = weak.iter().position(|tube| *tube == entry.column as usize) {
                 dense.add(entry.row as usize, kept + number, entry.value);
             }
@@ -232,104 +255,127 @@ impl Block {
         if !dense.factorise() {
             return false;
         }
-        for row in 0..kept {
-            self.rows[row * stride + next..][..stride - next].copy_from_slice(dense.solution(row));
-        }
-        let (others, speeds) = self.rows.split_at_mut(kept * stride);
-        let product = Combination {
-            rows: speeds,
-            stride,
-            factors: 0..kept,
-            columns: next..stride,
-            source: others,
-            source_stride: stride,
-            source_from: next,
-        };
-        product.subtract();
-        for (number, &tube) in weak.iter().enumerate() {
-            speeds[tube * stride + next..][..stride - next].copy_from_slice(dense.solution(kept + number));
-        }
+        self.put_solutions(padded(shared));
         true
+    }
+
+    /// Puts the solutions of the dense part into the rows, and those of the speeds that were taken out.
+    fn put_solutions(&mut self, shared: usize) {
+        let layout = self.layout;
+        let (stride, next, border) = (layout.stride(), layout.next(), layout.border());
+        let (kept, first) = (layout.kept + self.taken, layout.tube(0));
+        let Factors { weak, dense, .. } = &self.factors;
+        // what is left of the speeds' own columns is needed until all other solutions stand
+        let mut solved = vec![0.0; weak.len() * stride];
+        for place in 0..kept + weak.len() {
+            let (column, put_off) = dense.column(place);
+            let own = match column.checked_sub(kept) {
+                None => &mut self.rows[column * stride..][..stride],
+                Some(number) => &mut solved[number * stride..][..stride],
+            };
+            match put_off {
+                None => layout.spread(dense.solution(place), &mut own[next..], border - next),
+                Some(number) => {
+                    own[next..].fill(0.0);
+                    own[next + layout.ahead + number] = -1.0;
+                }
+            }
+        }
+        let (others, speeds) = self.rows.split_at_mut(first * stride);
+        for columns in [next..next + padded(layout.ahead + dense.put_off()), border..border + shared] {
+            let source_from = columns.start;
+            let (factors, source, source_stride) = (Multiples::Inside(0..kept), &*others, stride);
+            Combination { rows: speeds, stride, factors, columns, source, source_stride, source_from }.subtract();
+        }
+        for (&tube, solved) in weak.iter().zip(solved.chunks(stride)) {
+            speeds[tube * stride + next..][..stride - next].copy_from_slice(&solved[next..]);
+        }
+    }
+
+    /// Number of columns of the station's own equations, with those that were put off downstream.
+    pub fn own_width(&self) -> usize {
+        padded(self.layout.kept + self.taken)
+    }
+
+    /// Number of unknowns and equations that are put off to the station upstream.
+    pub fn put_off(&self) -> usize {
+        self.factors.dense.put_off()
+    }
+
+    /// Takes on the unknowns and equations that were put off by the station behind. The columns of its right-hand sides begin
+    /// with those of this station's equations.
+    pub fn take_on(&mut self, behind: &Self) {
+        let (layout, from) = (self.layout, behind.layout);
+        let (stride, dense) = (layout.stride(), &behind.factors.dense);
+        self.taken = behind.put_off();
+        for number in 0..self.taken {
+            let own = &mut self.rows[(layout.kept + number) * stride..][..stride];
+            from.spread(dense.left(number), own, layout.border());
+        }
     }
 
     /// Tells the speeds that are taken out from those that are not.
     fn sort_speeds(&mut self) {
-        let tubes = self.layout.tubes;
-        let mut largest = vec![0.0f64; tubes];
-        for entry in &self.by_speed {
-            let most = &mut largest[entry.column as usize];
-            *most = most.max(entry.value.abs());
-        }
+        let Layout { kept, tubes, .. } = self.layout;
+        let first = self.layout.tube(0);
         let factors = &mut self.factors;
-        factors.out.clear();
         factors.weak.clear();
         factors.inverse.clear();
-        for tube in 0..tubes {
+        for (tube, row) in self.rows[first * self.layout.stride()..].chunks(self.layout.stride()).enumerate() {
+            let largest = row[..kept + self.taken].iter().fold(0.0f64, |most, value| most.max(value.abs()));
             let pivot = self.diagonal[tube];
             // written so that NaN is weak
-            let strong = pivot.abs() >= WEAK * largest[tube] && pivot != 0.0;
-            if strong { &mut factors.out } else { &mut factors.weak }.push(tube);
+            let strong = pivot.abs() >= WEAK * largest && pivot != 0.0;
+            if !strong {
+                factors.weak.push(tube);
+            }
             factors.inverse.push(if strong { pivot.recip() } else { 0.0 });
         }
+        debug_assert_eq!(factors.inverse.len(), tubes);
         let strong = |entry: &&Entry| factors.inverse[entry.column as usize] != 0.0;
-        let entries: Vec<Entry> = self.by_speed.iter().filter(strong).copied().collect();
-        factors.by_out = Sparse::new(self.layout.kept, &entries);
+        let entries: Vec<Entry> = self.by_tube.iter().filter(strong).copied().collect();
+        factors.by_out = Sparse::new(kept, &entries);
     }
 
-    /// Replaces one right-hand side by the solution with the station's own part.
-    pub fn solve(&self, b: &mut [f64]) {
-        let Layout { kept, .. } = self.layout;
+    /// Replaces a right-hand side, a number for each equation of the station, by the unknowns of the station. `known` are
+    /// the unknowns that were put off.
+    pub fn solve(&self, b: &mut [f64], known: &[f64]) {
+        let kept = self.layout.kept + self.taken;
+        let first = self.layout.tube(0);
         let factors = &self.factors;
-        for &tube in &factors.out {
-            b[kept + tube] *= factors.inverse[tube];
-        }
-        let (others, speeds) = b.split_at_mut(kept);
-        for (row, value) in others.iter_mut().enumerate() {
-            for &(tube, factor) in factors.by_out.row(row) {
-                *value -= factor * speeds[tube as usize];
-            }
+        let (others, speeds) = b.split_at_mut(first);
+        let others = &mut others[..kept];
+        for (tube, value) in speeds.iter().enumerate().filter(|(tube, _)| factors.inverse[*tube] != 0.0) {
+            add_scaled(others, -value, &self.row(first + tube)[..kept]);
         }
         let weak = factors.weak.iter().map(|&tube| speeds[tube]);
         let mut dense: Vec<f64> = others.iter().copied().chain(weak).collect();
-        factors.dense.solve(&mut dense);
+        factors.dense.solve_transposed(&mut dense, known);
         others.copy_from_slice(&dense[..kept]);
-        for &tube in &factors.out {
-            speeds[tube] -= crate::flow::linear::dot(&self.row(kept + tube)[..kept], others);
+        for (row, value) in others.iter().enumerate().take(self.layout.kept) {
+            for &(tube, factor) in factors.by_out.row(row) {
+                speeds[tube as usize] -= factor * value;
+            }
         }
+        speeds.iter_mut().zip(&factors.inverse).for_each(|(value, inverse)| *value *= inverse);
         for (number, &tube) in factors.weak.iter().enumerate() {
             speeds[tube] = dense[kept + number];
         }
     }
 
-    /// Replaces right-hand sides, `width` numbers for each unknown, by the solutions with the transpose of the station's own
-    /// part, which stand for the equations.
-    pub fn solve_transposed(&self, b: &mut [f64], width: usize) {
-        let Layout { kept, .. } = self.layout;
-        let factors = &self.factors;
-        let (others, speeds) = b.split_at_mut(kept * width);
-        // the rows of weak speeds do not belong to the factors
-        let mut strong = speeds.to_vec();
-        for &tube in &factors.weak {
-            strong[tube * width..][..width].fill(0.0);
-        }
-        let stride = self.layout.stride();
-        subtract_transposed(others, (&self.rows[kept * stride..], stride, 0..kept), &strong, width);
-        let mut dense = others.to_vec();
-        for &tube in &factors.weak {
-            dense.extend_from_slice(&speeds[tube * width..][..width]);
-        }
-        factors.dense.solve_transposed(&mut dense, width);
-        others.copy_from_slice(&dense[..kept * width]);
-        for (number, &tube) in factors.weak.iter().enumerate() {
-            speeds[tube * width..][..width].copy_from_slice(&dense[(kept + number) * width..][..width]);
-        }
-        for (row, own) in others.chunks(width).enumerate() {
-            for &(tube, factor) in factors.by_out.row(row) {
-                subtract_row(&mut speeds[tube as usize * width..][..width], factor, own);
-            }
-        }
-        for &tube in &factors.out {
-            speeds[tube * width..][..width].iter_mut().for_each(|value| *value *= factors.inverse[tube]);
+    /// Subtracts from the right-hand sides of the station upstream and of the global equations what the station's own
+    /// has to do with them.
+    pub fn pass_on(&self, own: &[f64], upstream: &mut [f64], globals: &mut [f64; GLOBALS]) {
+        let (next, border) = (self.layout.next(), self.layout.border());
+        let with_rows = own.iter().zip(self.rows.chunks(self.layout.stride()));
+        for (value, row) in with_rows.filter(|(value, _)| **value != 0.0) {
+            add_scaled(upstream, -value, &row[next..next + upstream.len()]);
+            add_scaled(globals, -value, &row[border..border + GLOBALS]);
         }
     }
+}
+
+/// Two parts of a row.
+fn columns_of<'a>(row: &'a [f64], columns: &[Range<usize>; 2]) -> [&'a [f64]; 2] {
+    columns.each_ref().map(|columns| &row[columns.clone()])
 }

@@ -224,7 +224,9 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         if !at.band.factorise() {
             return failed;
         }
-        let Some(change) = at.band.step(&at.residuals.globals).filter(|c| c.largest().is_finite()) else {
+        let Some(change) =
+            at.band.step(&at.residuals.stations, &at.residuals.globals).filter(|c| c.largest().is_finite())
+        else {
             return failed;
         };
         let mut factor = way.factor(advance, limits);
@@ -265,7 +267,7 @@ fn finish(problem: &Problem, unknowns: &mut Unknowns, at: &Linearised, before: f
         if step == steps || !(residual < ratio * before && expected < limits.tolerance) {
             return None;
         }
-        let change = at.band.step_for(&residuals.stations, &residuals.globals).filter(|c| c.largest().is_finite())?;
+        let change = at.band.step(&residuals.stations, &residuals.globals).filter(|c| c.largest().is_finite())?;
         let mut factor = Factor(1.0);
         limit(problem, unknowns, &change, limits.relaxed, &mut factor);
         let next = inside(problem, unknowns, &change, &at.areas, &mut factor).filter(|_| factor.0 == 1.0)?;
@@ -282,7 +284,7 @@ fn depart(way: &mut Way, solved: &Problem, unknowns: &mut Unknowns, limits: &Lim
     let problem = way.problem();
     let direction = way.direction(&problem, unknowns)?;
     let slopes: Vec<Vec<f64>> = direction.stations.iter().map(|s| s.iter().map(|v| v.eps[0]).collect()).collect();
-    let change = at.band.step_for(&slopes, &direction.globals.map(|v| v.eps[0]))?;
+    let change = at.band.step(&slopes, &direction.globals.map(|v| v.eps[0]))?;
     let mut factor = way.factor(true, limits);
     limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
     *unknowns = inside(&problem, unknowns, &change, &at.areas, &mut factor)?;
@@ -295,13 +297,8 @@ fn add_direction(way: &Way, problem: &Problem, unknowns: &Unknowns, at: &mut Lin
     let Some(direction) = way.direction(problem, unknowns) else { return };
     let rest = 1.0 - way.gone;
     let along = |value: f64, direction: &Direction| value + rest * direction.eps[0];
-    for station in 0..at.residuals.stations.len() {
-        let right: Vec<f64> = at.residuals.stations[station]
-            .iter()
-            .zip(&direction.stations[station])
-            .map(|(&v, d)| along(v, d))
-            .collect();
-        at.band.set_residual(station, &right);
+    for (values, direction) in at.residuals.stations.iter_mut().zip(&direction.stations) {
+        values.iter_mut().zip(direction).for_each(|(value, d)| *value = along(*value, d));
     }
     for (value, d) in at.residuals.globals.iter_mut().zip(&direction.globals) {
         *value = along(*value, d);

@@ -14,12 +14,28 @@ pub(super) fn padded(count: usize) -> usize {
     count.next_multiple_of(PAD)
 }
 
-/// Subtracts combinations of the rows of `source` from rows, with factors that stand in the rows themselves.
+/// The factors of a combination of rows, one for each row of the source.
+pub(super) enum Multiples<'a> {
+    /// Columns of the rows from which is subtracted.
+    Inside(Range<usize>),
+    /// Rows of another matrix: numbers, length of a row, and number of factors in it.
+    Apart(&'a [f64], usize, usize),
+}
+
+impl Multiples<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Inside(columns) => columns.len(),
+            Self::Apart(_, _, count) => *count,
+        }
+    }
+}
+
+/// Subtracts combinations of the rows of `source` from rows.
 pub(super) struct Combination<'a> {
     pub rows: &'a mut [f64],
     pub stride: usize,
-    /// Columns of the factors, one for each row of `source`.
-    pub factors: Range<usize>,
+    pub factors: Multiples<'a>,
     /// Columns from which is subtracted. Their number is a multiple of the widest vector.
     pub columns: Range<usize>,
     pub source: &'a [f64],
@@ -40,12 +56,15 @@ impl Combination<'_> {
         let offset = place * S::F64_LANES;
         let (from, source_from) = (self.columns.start + offset, self.source_from + offset);
         let own: [&[f64]; N] = std::array::from_fn(|r| &self.rows[(row + r) * self.stride..][..self.stride]);
-        let factors: [&[f64]; N] = own.map(|own| &own[self.factors.clone()]);
+        let factors: [&[f64]; N] = match &self.factors {
+            Multiples::Inside(columns) => own.map(|own| &own[columns.clone()]),
+            Multiples::Apart(values, stride, count) => std::array::from_fn(|r| &values[(row + r) * stride..][..*count]),
+        };
         let mut sums: [[S::f64s; V]; N] = own.map(|own| {
             let vectors = S::as_simd_f64s(&own[from..from + width]).0;
             std::array::from_fn(|v| vectors[v])
         });
-        for (k, source) in self.source.chunks(self.source_stride).take(self.factors.len()).enumerate() {
+        for (k, source) in self.source.chunks(self.source_stride).take(self.factors.count()).enumerate() {
             let vectors = S::as_simd_f64s(&source[source_from..source_from + width]).0;
             let vectors: [S::f64s; V] = std::array::from_fn(|v| vectors[v]);
             for r in 0..N {
@@ -99,44 +118,6 @@ impl WithSimd for Combination<'_> {
 pub(super) fn subtract_row(row: &mut [f64], factor: f64, other: &[f64]) {
     for (value, other) in row.iter_mut().zip(other) {
         *value -= factor * other;
-    }
-}
-
-/// Subtracts the product of the transpose of columns of `source`, whose rows have the length `stride`, and `values` from
-/// `target`. The rows of both lists of numbers have the length `width`, a multiple of the widest vector.
-pub(super) fn subtract_transposed(
-    target: &mut [f64],
-    (source, stride, columns): (&[f64], usize, Range<usize>),
-    values: &[f64],
-    width: usize,
-) {
-    let depth = values.len() / width;
-    if depth == 0 || values.iter().all(|v| *v == 0.0) {
-        return;
-    }
-    let from = padded(depth);
-    let length = from + width;
-    let mut rows = vec![0.0; columns.len() * length];
-    for (k, source) in source.chunks(stride).take(depth).enumerate() {
-        for (row, factor) in rows.chunks_mut(length).zip(&source[columns.clone()]) {
-            row[k] = *factor;
-        }
-    }
-    for (row, own) in rows.chunks_mut(length).zip(target.chunks(width)) {
-        row[from..].copy_from_slice(own);
-    }
-    let product = Combination {
-        rows: &mut rows,
-        stride: length,
-        factors: 0..depth,
-        columns: from..length,
-        source: values,
-        source_stride: width,
-        source_from: 0,
-    };
-    product.subtract();
-    for (row, own) in rows.chunks(length).zip(target.chunks_mut(width)) {
-        own.copy_from_slice(&row[from..]);
     }
 }
 
@@ -271,7 +252,7 @@ mod tests {
             let product = Combination {
                 rows: &mut rows,
                 stride,
-                factors: 2..2 + depth,
+                factors: Multiples::Inside(2..2 + depth),
                 columns: 16..16 + width,
                 source: &source,
                 source_stride: 32,
@@ -287,22 +268,6 @@ mod tests {
                     }
                     assert!((rows[r * stride + c] - expected).abs() < 1e-14, "{count} {r} {c}");
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn transposed_products_are_subtracted() {
-        let (depth, width, stride) = (5, 8, 7);
-        let source: Vec<f64> = (0..depth * stride).map(number).collect();
-        let values: Vec<f64> = (0..depth * width).map(|k| number(3 * k + 1)).collect();
-        let mut target: Vec<f64> = (0..4 * width).map(|k| number(5 * k)).collect();
-        let before = target.clone();
-        subtract_transposed(&mut target, (&source, stride, 2..6), &values, width);
-        for r in 0..4 {
-            for c in 0..width {
-                let product: f64 = (0..depth).map(|k| source[k * stride + 2 + r] * values[k * width + c]).sum();
-                assert!((target[r * width + c] - (before[r * width + c] - product)).abs() < 1e-14, "{r} {c}");
             }
         }
     }

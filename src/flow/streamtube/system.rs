@@ -1,7 +1,6 @@
 //! A flow as a system of equations: linearised at given unknowns, or evaluated in other numbers.
 
-use super::band::Band;
-use super::block::Columns;
+use super::band::{Band, Columns};
 use super::equations::{Equations, Held};
 use super::gas::{Flow, Parameters};
 use super::geometry::{Background, Geometry, Shape};
@@ -357,9 +356,6 @@ impl Problem {
         let (residuals, areas) = (Residuals::zeros(&self.grid), self.areas(&geometry));
         let mut at = Linearised { residuals, band, areas, geometry, moves };
         at.add(self, unknowns, |pass| self.equations().pass(pass));
-        for (station, values) in at.residuals.stations.iter().enumerate() {
-            at.band.set_residual(station, values);
-        }
         Some(at)
     }
 }
