@@ -1,4 +1,4 @@
-//! What can be said of a design problem without a flow.
+//! Values and curvatures of a design problem that are known before a flow is solved.
 
 use super::DesignProblem;
 use crate::design::DesignError;

@@ -54,7 +54,7 @@ impl Foreseen {
         self.farthest > run.reach || loss > SPOILT * proposal.predicted
     }
 
-    /// What the rows lack beyond what they lack at the end of the straight step.
+    /// Shortfall of every row beyond the shortfall that the straight step leaves it with.
     fn lacking(&self, straight: &[f64]) -> Vec<f64> {
         straight.iter().zip(&self.values).map(|(straight, v)| straight.min(0.0) - v).collect()
     }
