@@ -46,7 +46,8 @@ pub(crate) struct PanelFamily<'a> {
 
 impl PanelFamily<'_> {
     /// Tries a warm start unless it is far off, then a cold start by way of few stations and one without, then easier
-    /// conditions that lead to the requested one. The result comes with the layout of the stations it stands on and with the attempts that failed.
+    /// conditions that lead to the requested one. The result comes with the layout of the stations it stands on and with
+    /// the attempts that failed.
     pub fn converge(&self, warm: Option<Unknowns>) -> ((End<Evaluated>, Layout), Vec<Attempt>) {
         let Settings { tolerance, iterations, retry, .. } = self.settings;
         let system = self.equations(self.flow, self.layout, self.stream.trips);

@@ -18,10 +18,9 @@
 //!   rises, against the effect of Maratos. A step that is refused is tried again with the curvature of the constraints
 //!   taken into account.
 //! * **Curvature.** Damped BFGS that begins with too little curvature, in the shape that the problem takes for likely
-//!   ([`Problem::likely_curvature`]), lowers what it does not know where a step finds
-//!   less than modelled, and learns from refused steps as well. All steps are remembered with the changes of all
-//!   gradients, and the model is made anew from them with every change of the multipliers; later in a run it goes
-//!   through the latest steps twice.
+//!   ([`Problem::likely_curvature`]), lowers what it does not know where a step finds less than modelled, and learns from
+//!   refused steps as well. All steps are remembered with the changes of all gradients, and the model is made anew from
+//!   them with every change of the multipliers; later in a run it goes through the latest steps twice.
 //! * **Leaps.** A refused step that is short, and whose values differ by more than the derivatives at either end tell, has
 //!   crossed a leap of the analysis. Several of them without a gain end the run, which says where the leap is.
 //! * **Margins.** Inequalities that are violated or active at the start keep a distance at first, which shrinks: the

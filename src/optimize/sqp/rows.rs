@@ -39,7 +39,8 @@ impl Row {
         self.side.value(evaluation) - self.margin
     }
 
-    /// Lets the margin shrink after a step of some length to a point of this evaluation: steps as short as itself have nothing to keep away from.
+    /// Lets the margin shrink after a step of some length to a point of this evaluation: steps as short as the margin have
+    /// nothing to keep away from.
     pub fn narrow(&mut self, length: f64, evaluation: &Evaluation) {
         let distance = self.side.value(evaluation);
         if distance >= 0.0 {
