@@ -193,6 +193,11 @@ impl<L: EdgeLaw<Number = f64>> Layer<'_, L> {
         self.trips[side.index()].map(|arc| side.distance(stagnation, arc))
     }
 
+    /// Latest place of transition on a side of the given length: the trip, or shortly ahead of the trailing edge.
+    pub fn latest_transition(&self, side: Side, stagnation: f64, length: f64) -> f64 {
+        transition::latest(self.trip_distance(side, stagnation), length)
+    }
+
     /// Residual of the transition point of a side, with derivatives in the directions of [`ByTransition`].
     pub fn transition(&self, unknowns: &Unknowns, side: Side) -> ByTransition {
         let at = side.index();

@@ -46,7 +46,7 @@ const TOLERANCE: f64 = 1e-4;
 /// Residual at which a step is given up.
 const LOST: f64 = 30.0;
 /// Limits of an attempt to land where the parameter has the requested value.
-const LANDING: Effort = Effort { tolerance: 1e-5, iterations: 20, patience: 8, reach: f64::INFINITY };
+const LANDING: Effort = Effort { tolerance: 1e-5, iterations: 20, patience: 8, reach: f64::INFINITY, shortest: 0.0 };
 /// Contraction of the residuals up to which factors are kept.
 const CONTRACTION: f64 = 0.5;
 /// Residual below which kept factors are used at all.

@@ -111,6 +111,10 @@ pub(crate) trait Family {
         layout: &'a Layout,
         trips: [Option<f64>; 2],
     ) -> Self::Equations<'a>;
+
+    /// The equations of a flow on a layout of stations with transition held at the given arc lengths, whatever the
+    /// amplification there.
+    fn held<'a>(&'a self, outer: &'a Self::Outer, layout: &'a Layout, places: [f64; 2]) -> Self::Equations<'a>;
 }
 
 /// Usual number of iterations without progress after which an attempt is given up.
@@ -128,12 +132,14 @@ pub(crate) struct Effort {
     /// Longest move of transition in the first step, in lengths of its side. The attempt is given up at once where
     /// transition would move farther.
     pub reach: f64,
+    /// Share of a step below which the attempt is given up where a step must be shortened to it.
+    pub shortest: f64,
 }
 
 impl Effort {
     /// Limits with the usual patience and without a limit on the first move of transition.
     pub fn new(tolerance: f64, iterations: usize) -> Self {
-        Self { tolerance, iterations, patience: PATIENCE, reach: f64::INFINITY }
+        Self { tolerance, iterations, patience: PATIENCE, reach: f64::INFINITY, shortest: 0.0 }
     }
 }
 

@@ -4,6 +4,7 @@
 use super::branch::{Parameter, follow};
 use super::budget::Budget;
 use super::family::{Effort, End, Equations, Family};
+use super::held::{Start, by_held_transition};
 use super::neighbour::{Neighbour, temporary_trips};
 use super::newton;
 use crate::flow::Attempt;
@@ -22,6 +23,8 @@ const DIRECT: usize = 25;
 /// Iterations without progress after which an attempt is given up. The number is smaller than elsewhere, because there
 /// are other ways.
 const PATIENCE: usize = 5;
+/// Share of a step below which Newton's method is given up at the start of a branch.
+const SHORTEST: f64 = 0.1;
 /// Largest residual of solutions that serve only as a start.
 pub(super) const TOLERANCE: f64 = 1e-5;
 /// Share of the requested stations on which branches are followed first. Where the flow found on them does not lead to
@@ -239,8 +242,16 @@ pub(super) fn start_of_branch<F: Family>(
 ) -> Option<Unknowns> {
     let outer = family.turned(place.turned.to_radians());
     let system = family.equations(&outer, layout, temporary_trips(family, place.trips));
-    let effort = Effort { patience: PATIENCE, ..Effort::new(TOLERANCE, DIRECT) };
-    let end = newton::solve(&system, system.march(), effort);
+    let effort = Effort { patience: PATIENCE, shortest: SHORTEST, ..Effort::new(TOLERANCE, DIRECT) };
+    let marched = system.march();
+    let end = newton::solve(&system, marched.clone(), effort);
     budget.note(what, &end);
+    if end.converged || place.trips < 1.0 {
+        return end.converged.then_some(end.unknowns);
+    }
+    let (held, attempt) = by_held_transition(family, &outer, layout, Start::Marched(&marched));
+    budget.spend((attempt.iterations + 1) as f64, layout);
+    let end = newton::solve(&system, held?, effort);
+    budget.note(&format!("{what}, transition held"), &end);
     end.converged.then_some(end.unknowns)
 }

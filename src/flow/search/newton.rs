@@ -29,7 +29,7 @@ impl<E: Equations> Kept<'_, E> {
     /// Each length is tried twice when the stations move: with the layer staying where it is, and with the layer moving
     /// along. The first suits long moves of transition, the second suits features that are sharp and close to
     /// transition.
-    fn limited(&self, profiles: &Profiles, unknowns: &Unknowns, change: &Change, mut factor: f64) -> Unknowns {
+    fn limited(&self, profiles: &Profiles, unknowns: &Unknowns, change: &Change, mut factor: f64) -> (Unknowns, f64) {
         let layer = self.system.layer();
         let allowed = LONGER * layer.size(unknowns, change);
         let bound = (GROWTH * self.norm).max(SMALL);
@@ -42,20 +42,20 @@ impl<E: Equations> Kept<'_, E> {
             let moving = layer.moved(unknowns, change, factor);
             let staying = layer.staying(profiles, moving.clone());
             if good(&staying) {
-                return staying;
+                return (staying, factor);
             }
             if good(&moving) {
-                return moving;
+                return (moving, factor);
             }
             factor *= 0.3;
         }
-        layer.moved(unknowns, change, factor)
+        (layer.moved(unknowns, change, factor), factor)
     }
 }
 
 /// Iterates from `start` until the largest residual is below the tolerance, or the effort is spent.
 pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -> End<E::Evaluated> {
-    let Effort { tolerance, iterations: limit, patience, reach } = effort;
+    let Effort { tolerance, iterations: limit, patience, reach, shortest } = effort;
     // a residual that falls no further, but is small, is round-off
     let round_off = ROUND_OFF.min(100.0 * tolerance);
     let layer = system.layer();
@@ -103,7 +103,13 @@ pub(crate) fn solve<E: Equations>(system: &E, start: Unknowns, effort: Effort) -
                 unknowns
             }
             Some(Followed { unknowns, .. }) => unknowns,
-            None => kept.limited(&profiles, &unknowns, &change, factor),
+            None => {
+                let (next, factor) = kept.limited(&profiles, &unknowns, &change, factor);
+                if factor < shortest {
+                    return stopped(unknowns, &at, false);
+                }
+                next
+            }
         };
         at = system.linearise(&unknowns);
     }
