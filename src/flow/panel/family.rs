@@ -76,7 +76,7 @@ impl PanelFamily<'_> {
         }
         let mut effort = Effort::new(tolerance, iterations);
         if retry {
-            effort.patience = DIRECT_PATIENCE;
+            effort = Effort { patience: DIRECT_PATIENCE, shortest: SHORTEST_STEP, ..effort };
         }
         let direct = newton::solve(&system, system.march(), effort);
         if direct.converged || (far.is_none() && !retry) {
