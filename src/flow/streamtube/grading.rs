@@ -35,8 +35,8 @@ const FIRST_TUBE: f64 = 0.003;
 
 /// Density of wall stations at a fraction of the length of a side.
 ///
-/// Cells at the trailing edge may not be short against the layers there: with half the spacing lift changes by 0.2 %, but
-/// thick sections, whose layers nearly separate at the edge, are not found.
+/// Cells at the trailing edge may not be short against the layers there: with a third of the spacing lift changes by 0.15 %
+/// at most, but thick sections, whose layers nearly separate at the edge, are not found.
 fn density(x: f64) -> f64 {
     1.0 / (0.02 + x) + 0.05 / (1.03 - x) + 6.0
 }
