@@ -17,6 +17,14 @@ impl Side {
         self as usize
     }
 
+    /// The side across the section.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Upper => Self::Lower,
+            Self::Lower => Self::Upper,
+        }
+    }
+
     /// Sign of the vortex strength and of the signed mass defect on this side.
     pub fn sign(self) -> f64 {
         match self {

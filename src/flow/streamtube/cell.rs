@@ -11,6 +11,7 @@
 
 use super::gas::{Flow, GAMMA};
 use super::kernel::Kernel;
+use crate::flow::layer::Side;
 use crate::plane::{cross, dot, minus};
 use crate::scalar::{Over, Scalar};
 
@@ -65,6 +66,8 @@ pub(super) struct Momentum<S> {
     pub log_speed_above: S,
     /// Logarithm of the speed on the lower line.
     pub log_speed_below: S,
+    /// Density times the square of the speed.
+    pub impulse: S,
 }
 
 /// One tube about a station.
@@ -123,6 +126,7 @@ impl Cell {
             // Bernoulli's equation, linearised from the middle of the tube, has no roots of negative numbers
             log_speed_above: log_speed - (pressure_above - mean) / impulse,
             log_speed_below: log_speed - (pressure_below - mean) / impulse,
+            impulse,
         }
     }
 
@@ -158,6 +162,30 @@ impl Kernel<INPUTS, 5> for Cell {
         let (low, high, q) = unpack(&x);
         let m = self.momentum(low, high, q, flow);
         [m.above, m.below, m.along, m.log_speed_above, m.log_speed_below]
+    }
+}
+
+/// The speed of a layer at the trailing edge, under the mean pressure of both sides. Inputs: those of a [`Cell`] and the
+/// logarithm of the speed. Results: what this side adds to its own equation, and to that of the other side.
+///
+/// The mean pressures of the cells on both sides differ by the load ahead of the edge, but the layers end at the edge, where
+/// there is none. Under the pressures of the cells the upper layer would be too thin at the edge and the lower one too
+/// thick, and lift too high.
+pub(super) struct EdgeSpeed {
+    pub cell: Cell,
+    pub side: Side,
+}
+
+impl Kernel<17, 2> for EdgeSpeed {
+    fn evaluate<S: Over<P>, P: Scalar>(&self, x: [S; 17], flow: &Flow<P>) -> [S; 2] {
+        let (low, high, q) = unpack(&x);
+        let m = self.cell.momentum(low, high, q, flow);
+        let (pressure, log_speed) = match self.side {
+            Side::Upper => (m.below, m.log_speed_below),
+            Side::Lower => (m.above, m.log_speed_above),
+        };
+        let half = pressure * 0.5;
+        [m.impulse * (x[INPUTS] - log_speed) - half, half]
     }
 }
 

@@ -1,6 +1,6 @@
 //! All equations of a flow as terms: which kernel reads which inputs and adds to which equation.
 
-use super::cell::{Exit, Inlet};
+use super::cell::{EdgeSpeed, Exit, Inlet};
 use super::far_field::{Mismatch, OuterPressure, Slope};
 use super::kernel::{Identity, Input, Less, LessHeldAngle, MinusHeldLift, Pass, Row, Target};
 use super::layer_kernels::{FirstStation, LayerInterval, TransitionPoint, WakeDisplacement, WakeStart};
@@ -60,14 +60,18 @@ impl Equations<'_> {
 
     /// The row of the line with equal pressures on both sides: the line itself, or on the dividing line at the nose the
     /// stagnation point and at the edge the circulation. The lines on the wall have no such row.
-    fn line_row(&self, station: usize, line: usize) -> Option<Row> {
+    ///
+    /// The cell of the edge reaches half an interval ahead of it, where the wall carries load. Its pressures therefore
+    /// differ by what a load that falls evenly to nothing leaves in it, which the cell ahead tells.
+    fn line_row(&self, station: usize, line: usize) -> Target {
         let (stations, (_, height)) = (&self.grid.stations, self.grid.side_of(line));
         if height > 0 || !self.grid.on_wall(station) {
-            return Some(Row::Station(self.grid.displacement(station, line)));
+            return to(self.grid.displacement(station, line), 1.0);
         }
         match station {
-            _ if station == stations.nose() => Some(Row::Global(STAGNATION)),
-            _ if station == stations.edge() => Some(Row::Global(CIRCULATION)),
+            _ if station == stations.nose() => Some((Row::Global(STAGNATION), 1.0)),
+            _ if station == stations.edge() => Some((Row::Global(CIRCULATION), 1.0)),
+            _ if station + 1 == stations.edge() => Some((Row::Global(CIRCULATION), -stations.last_load())),
             _ => None,
         }
     }
@@ -75,10 +79,11 @@ impl Equations<'_> {
     /// The row of the speed at the edge of the layer that the dividing line gives at a station, with its factor.
     fn speed_row(&self, station: usize, side: Side) -> Target {
         let stations = &self.grid.stations;
-        if !self.grid.viscous || station <= stations.nose() {
+        // both speeds at the edge have an equation of their own
+        if !self.grid.viscous || station <= stations.nose() || station == stations.edge() {
             return None;
         }
-        let (sheet, factor) = if station <= stations.edge() { (Sheet::Wall(side), -1.0) } else { (Sheet::Wake, -0.5) };
+        let (sheet, factor) = if station < stations.edge() { (Sheet::Wall(side), -1.0) } else { (Sheet::Wake, -0.5) };
         to(self.grid.layer(station, sheet, SPEED), factor)
     }
 
@@ -87,13 +92,13 @@ impl Equations<'_> {
         for station in 1..grid.count() - 1 {
             for tube in 0..grid.tubes() {
                 let low = grid.lower_line(tube);
-                let factor = |row: Option<Row>, factor: f64| row.map(|row| (row, factor));
+                let line = |line: usize, sign: f64| self.line_row(station, line).map(|(row, f)| (row, sign * f));
                 let speed = |side: Side| {
                     if grid.inner_tube(side) == tube { self.speed_row(station, side) } else { None }
                 };
                 let targets = [
-                    factor(self.line_row(station, low + 1), 1.0),
-                    factor(self.line_row(station, low), -1.0),
+                    line(low + 1, 1.0),
+                    line(low, -1.0),
                     to(grid.speed(station, tube), 1.0),
                     speed(Side::Lower),
                     speed(Side::Upper),
@@ -202,8 +207,11 @@ impl Equations<'_> {
         let (grid, sheet) = (self.grid, Sheet::Wall(side));
         let nose = grid.stations.nose();
         let arc = |station: usize| Input::Arc { side, point: station - nose };
+        self.edge_speed(pass, side);
         for station in nose + 1..=grid.stations.edge() {
-            self.link_speed(pass, (station, sheet), (station, sheet), 1.0);
+            if station < grid.stations.edge() {
+                self.link_speed(pass, (station, sheet), (station, sheet), 1.0);
+            }
             let rows = self.layer_rows(station, sheet);
             let own = self.state(station, sheet);
             if station == nose + 1 {
@@ -216,6 +224,17 @@ impl Equations<'_> {
             let ends = [arc(station - 1), arc(station)];
             pass.term(&kernel, join(self.state(station - 1, sheet), own, ends), rows);
         }
+    }
+
+    /// The speed at the trailing edge, where both layers are under one pressure.
+    fn edge_speed(&self, pass: &mut impl Pass, side: Side) {
+        let (grid, edge) = (self.grid, self.grid.stations.edge());
+        let tube = grid.inner_tube(side);
+        let speed = |side: Side| grid.layer(edge, Sheet::Wall(side), SPEED);
+        let cells = cell_inputs(grid, edge, tube);
+        let inputs = std::array::from_fn(|k| if k < 16 { cells[k] } else { Input::Unknown(speed(side)) });
+        let targets = [to(speed(side), 1.0), to(speed(side.other()), 1.0)];
+        pass.term(&EdgeSpeed { cell: cell(grid, tube), side }, inputs, targets);
     }
 
     fn wake(&self, pass: &mut impl Pass) {

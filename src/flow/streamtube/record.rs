@@ -285,6 +285,10 @@ impl Record for StreamtubeRecord {
         // air at rest at the stagnation point
         let rest = self.flow.coefficient(self.flow.isentropic_pressure::<f64>(0.0));
         wall.iter_mut().for_each(|side| side[0][0] = rest);
+        // one pressure at the trailing edge
+        let last = wall[0].len() - 1;
+        let edge = 0.5 * (wall[0][last][0] + wall[1][last][0]);
+        wall.iter_mut().for_each(|side| side[last][0] = edge);
         let [upper, lower] = Side::BOTH.map(|side| self.side_flow(side, geometry, &wall[side.index()]));
         Distributions {
             nodes,
