@@ -25,6 +25,7 @@ mod background;
 mod band;
 mod block;
 mod cell;
+mod chords;
 mod dense;
 mod equations;
 mod far_field;
@@ -36,6 +37,7 @@ mod guess;
 mod kept;
 mod kernel;
 mod layer_kernels;
+mod local;
 mod moves;
 mod newton;
 mod numbering;
@@ -50,6 +52,7 @@ mod start;
 #[cfg(test)]
 mod start_tests;
 mod status;
+mod strips;
 mod system;
 #[cfg(test)]
 mod tests;
