@@ -5,7 +5,7 @@
 //!
 //! Source: Kelley, "Iterative Methods for Linear and Nonlinear Equations", SIAM (1995), section 7.3.
 
-use super::newton::{Factor, Limits, inside, limit};
+use super::limits::{Factor, Limits, inside, limit};
 use super::numbering::Unknowns;
 use super::system::{Linearised, Problem, Residuals};
 
