@@ -1,4 +1,4 @@
-//! Exact derivatives of the outputs of a solved flow, by the adjoint of the factorised system.
+//! Exact derivatives of the outputs of a solved flow, by the adjoint of its equations.
 //!
 //! The multipliers of the equations weigh the local derivatives of every term with respect to what it reads off the
 //! geometry. These sums pass back through the nodes to the columns of the background grid, whose derivatives are local
@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// Derivatives with respect to what a column of the grid depends on.
 type ByColumn = Tangent<COLUMN_INPUTS>;
 /// Coordinates of nodes that are differentiated at a time.
-const CHUNK: usize = 16;
+const CHUNK: usize = 32;
 type ByNodes = Tangent<CHUNK>;
 /// Derivatives with respect to Mach and Reynolds number.
 type ByStream = Tangent<2>;
@@ -67,8 +67,8 @@ impl Sensitivities {
 }
 
 /// Derivatives of all outputs at fixed angle of attack, with respect to the nodes in the frame of the chord line, the
-/// angle, and the Mach and Reynolds number. `base` is where the last factors on the way to the flow were made. The result is `None`
-/// where the equations are singular.
+/// angle, and the Mach and Reynolds number. `base` is where the last factors on the way to the flow were made. The result
+/// is `None` where the equations are singular.
 pub(super) fn derivatives(
     solved: &Problem,
     unknowns: &Unknowns,

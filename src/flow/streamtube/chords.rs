@@ -15,8 +15,8 @@ const STEPS: usize = 12;
 const EXPECTED: f64 = 7.0;
 /// Largest ratio of the residuals after and before a step that is expected to lead anywhere.
 const RATIO: f64 = 0.4;
-/// With the factors of a neighbour: the largest ratio of the residuals with which the iteration may end, and the residual at which
-/// new factors are made otherwise. Those are then good ones for the adjoint.
+/// With the factors of a neighbour: the largest ratio of the residuals with which the iteration may end, and the residual
+/// at which new factors are made otherwise. Those are then good ones for the adjoint.
 const NEIGHBOUR: (f64, f64) = (0.03, 1e-5);
 /// Largest share of a step in the one before that is corrected.
 const SHARE: f64 = 0.7;

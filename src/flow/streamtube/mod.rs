@@ -12,10 +12,10 @@
 //! [`far_field`] and the boundary layer ([`layer_kernels`], which call the equations of the
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
 //! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts, [`strips`] of columns and
-//! [`rows`], [`newton`] iterates within [`limits`], with factors that are kept by [`chords`], [`guess`] says where a flow may begin, and [`start`] leads from nothing to it. [`adjoint`] differentiates a
-//! solution by the [`transposed`] system, whose derivatives stand in [`local`] term by term, with the factors that
-//! [`kept`] holds. [`solver`] is the door,
-//! [`record`] what a solution keeps, [`status`] says whether
+//! [`rows`], [`newton`] iterates within [`limits`], with factors that are kept by [`chords`], [`guess`] says where a flow may
+//! begin, and [`start`] leads from nothing to it. [`adjoint`] differentiates a solution by the [`transposed`] system, whose
+//! derivatives stand in [`local`] term by term, with the factors that [`kept`] holds. [`solver`] is the door, [`record`]
+//! what a solution keeps, [`status`] says whether
 //! it holds. [`gas`] and [`settings`] hold numbers.
 //!
 //! This module depends on the [`layer`](super::layer) and, for the frame of a section and the first guess, on the

@@ -297,6 +297,28 @@ fn the_adjoint_agrees_with_the_forward_route() {
     }
 }
 
+#[test]
+fn factors_of_the_last_step_lead_to_the_derivatives_at_the_solution() {
+    let (nodes, solution) = shock();
+    let moved: Vec<[f64; 2]> =
+        nodes.iter().enumerate().map(|(i, p)| [0, 1].map(|c| p[c] + 2e-3 * smooth(i)[c])).collect();
+    let near = analyze(&moved, TrailingEdge::Sharp, &solution.condition, Some(solution));
+    assert!(near.is_reliable(), "{}", near.status);
+    let record = record(&near);
+    // the last steps had factors that were made elsewhere
+    assert!(record.base.as_ref().is_some_and(|base| base.unknowns != record.unknowns));
+    let [close, exact] = [record.base.as_ref(), None]
+        .map(|base| super::adjoint::derivatives(&record.problem, &record.unknowns, base, record.peaks()).unwrap());
+    for o in [LIFT, MOMENT, WAVE_DRAG, VISCOUS_DRAG, FRICTION_DRAG] {
+        let along = |by: &[[f64; 2]]| -> f64 {
+            by.iter().enumerate().map(|(i, by)| by[0] * smooth(i)[0] + by[1] * smooth(i)[1]).sum()
+        };
+        let (a, b) = (along(&close[o].nodes), along(&exact[o].nodes));
+        assert!((a / b - 1.0).abs() < 1e-7, "output {o}: {a} {b}");
+        assert!((close[o].mach / exact[o].mach - 1.0).abs() < 1e-7, "output {o}");
+    }
+}
+
 /// Derivatives by central differences over two steps, extrapolated.
 fn extrapolated(step: f64, at: impl Fn(f64) -> [f64; 4]) -> [f64; 4] {
     let central = |h: f64| -> [f64; 4] {
