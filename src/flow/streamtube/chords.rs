@@ -18,6 +18,10 @@ const RATIO: f64 = 0.4;
 /// With the factors of a neighbour: the largest ratio of the residuals with which the iteration may end, and the residual
 /// at which new factors are made otherwise. Those are then good ones for the adjoint.
 const NEIGHBOUR: (f64, f64) = (0.03, 1e-5);
+/// Largest number of steps with the factors of a neighbour that are expected to come to that residual.
+const APPROACH: f64 = 5.0;
+/// Largest change of any unknown, and largest residual after it, of a flow that is converged to round-off.
+pub(super) const ROUND_OFF: f64 = 1e-9;
 /// Largest share of a step in the one before that is corrected.
 const SHARE: f64 = 0.7;
 
@@ -54,6 +58,10 @@ impl<'a> Chords<'a> {
             if residual < self.limits.tolerance {
                 return Some(residual);
             }
+            // what such steps do not change any more is converged to round-off
+            if number > 0 && self.is_round_off(residual) {
+                return Some(residual);
+            }
             // written so that NaN goes back
             if let Some(last) = last
                 && !self.before.is_some_and(|before| residual < before)
@@ -78,7 +86,17 @@ impl<'a> Chords<'a> {
         let ratio = if self.own && number == 0 { 2.0 } else { 1.0 } * residual / before;
         let further = (self.limits.tolerance / residual).ln() / ratio.ln();
         let (good, close) = NEIGHBOUR;
-        if self.own || ratio < good { ratio < RATIO && further <= EXPECTED } else { ratio < RATIO && residual > close }
+        if self.own || ratio < good {
+            return ratio < RATIO && further <= EXPECTED;
+        }
+        ratio < RATIO && residual > close && (close / residual).ln() / ratio.ln() <= APPROACH
+    }
+
+    /// Whether a residual does not fall any more because the last step was one of round-off.
+    fn is_round_off(&self, residual: f64) -> bool {
+        let still = self.before.is_some_and(|before| residual > RATIO * before);
+        let tiny = self.steps.last().is_some_and(|step| step.largest() < ROUND_OFF);
+        self.own && still && tiny && residual <= ROUND_OFF
     }
 
     /// The unknowns after the next step; `None` where it would have to be cut.

@@ -5,7 +5,7 @@
 //! from a solution have the factors of this solution, and the last ones those of the step before.
 
 use super::band::Band;
-use super::chords::Chords;
+use super::chords::{Chords, ROUND_OFF};
 use super::gas::Parameters;
 use super::kept::{self, Base};
 use super::limits::{Factor, Limits, inside, limit};
@@ -18,8 +18,6 @@ type Direction = Tangent<1>;
 
 /// Largest change of the Mach number of the onset flow in one step.
 const MACH_STEP: f64 = 0.08;
-/// Largest change of any unknown, and largest residual after it, of a flow that is converged to round-off.
-const ROUND_OFF: f64 = 1e-9;
 
 /// Number of steps within which the residual falls to the second number of itself, or the way goes on by the third, in an
 /// iteration that leads anywhere.
