@@ -40,6 +40,16 @@ impl<const N: usize> Tangent<N> {
         self
     }
 
+    /// Numbers as the independent variables of all directions.
+    #[inline(always)]
+    pub fn variables(values: [f64; N]) -> [Self; N] {
+        let mut variables = values.map(Self::from_re);
+        for (k, variable) in variables.iter_mut().enumerate() {
+            variable.eps[k] = 1.0;
+        }
+        variables
+    }
+
     /// `f` of this number, from the value and the slope of `f`.
     #[inline(always)]
     fn through(&self, value: f64, slope: f64) -> Self {

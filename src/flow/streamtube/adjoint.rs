@@ -1,4 +1,4 @@
-//! Exact derivatives of the outputs of a solved flow, by the adjoint of the factorised system.
+//! Exact derivatives of the outputs of a solved flow, by the adjoint of its equations.
 //!
 //! The multipliers of the equations weigh the local derivatives of every term with respect to what it reads off the
 //! geometry. These sums pass back through the nodes to the columns of the background grid, whose derivatives are local
@@ -8,34 +8,27 @@
 
 use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
 use super::equations::Held;
-use super::gas::{Flow, Parameters};
-use super::geometry::{displacement_thickness, gaps, movement};
-use super::kept;
-use super::kernel::{Input, Kernel, Pass, Row, Target};
-use super::numbering::{ALPHA, GLOBALS, Grid, STAGNATION, TRANSITION, Unknowns};
+use super::gas::Parameters;
+use super::geometry::{Geometry, displacement_thickness, gaps, movement};
+use super::kept::{self, Base};
+use super::local::{Lanes, Local, Slots, add};
+use super::numbering::{ALPHA, Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::{OUTPUTS, Peak, outputs};
-use super::system::{Numbers, Problem};
-use super::transposed::{Multipliers, multipliers};
+use super::system::{Linearised, Numbers, Problem};
+use super::transposed::{Adjoint, adjoint};
 use crate::differentiate::Tangent;
 use crate::flow::coefficients::Derivatives;
 use crate::flow::layer::Side;
+use std::ops::Range;
 use std::sync::Arc;
 
-/// One number for every output.
-type Lanes = [f64; OUTPUTS];
 /// Derivatives with respect to what a column of the grid depends on.
 type ByColumn = Tangent<COLUMN_INPUTS>;
 /// Coordinates of nodes that are differentiated at a time.
-const CHUNK: usize = 16;
+const CHUNK: usize = 32;
 type ByNodes = Tangent<CHUNK>;
 /// Derivatives with respect to Mach and Reynolds number.
 type ByStream = Tangent<2>;
-
-fn add(sums: &mut Lanes, factor: f64, lanes: &Lanes) {
-    for (sum, lane) in sums.iter_mut().zip(lanes) {
-        *sum += factor * lane;
-    }
-}
 
 /// Derivatives of the outputs with respect to what the terms read off the geometry.
 #[derive(Debug, Clone)]
@@ -53,108 +46,57 @@ struct Sensitivities {
 }
 
 impl Sensitivities {
-    fn zeros(grid: &Grid) -> Self {
+    /// The sensitivities to what the terms read; there are none to other numbers.
+    fn new(grid: &Grid, slots: &Slots, sums: &[Lanes]) -> Self {
         let zero = [0.0; OUTPUTS];
-        let wall = || [vec![[zero; 2]; grid.stations.fractions.len()], vec![[zero; 2]; grid.stations.fractions.len()]];
+        let pairs = |range: &Range<usize>| sums[range.clone()].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        let list = |range: &Range<usize>| sums[range.clone()].to_vec();
         Self {
-            nodes: vec![[zero; 2]; grid.count() * grid.lines()],
-            points: wall(),
-            normals: wall(),
-            arcs: [vec![zero; grid.stations.fractions.len()], vec![zero; grid.stations.fractions.len()]],
-            gaps: vec![zero; grid.stations.behind.len()],
+            nodes: pairs(&slots.nodes),
+            points: slots.points.each_ref().map(pairs),
+            normals: slots.points.each_ref().map(|points| vec![[zero; 2]; points.len() / 2]),
+            arcs: slots.arcs.each_ref().map(list),
+            gaps: list(&slots.gaps),
             ahead: vec![zero; grid.stations.ahead + 1],
-            trips: [zero; 2],
-            total: zero,
+            trips: [sums[slots.trips.start], sums[slots.trips.start + 1]],
+            total: sums[slots.total],
             focus: [zero; 2],
             origin: [zero; 2],
         }
     }
 }
 
-/// The pass that weighs the derivatives of all terms with the multipliers.
-struct Gathering<'a> {
-    numbers: Numbers<'a, f64>,
-    flow: &'a Flow<f64>,
-    multipliers: &'a Weights,
-    sums: Sensitivities,
-}
-
-/// The weights of all rows: the negative multipliers of the equations.
-struct Weights {
-    stations: Vec<Vec<Lanes>>,
-    globals: [Lanes; GLOBALS],
-}
-
-impl Weights {
-    fn new(multipliers: &Multipliers) -> Self {
-        let lanes = |matrix: &nalgebra::DMatrix<f64>, row: usize| std::array::from_fn(|o| -matrix[(row, o)]);
-        let station = |m: &nalgebra::DMatrix<f64>| (0..m.nrows()).map(|row| lanes(m, row)).collect();
-        Self {
-            stations: multipliers.stations.iter().map(station).collect(),
-            globals: std::array::from_fn(|g| lanes(&multipliers.globals, g)),
-        }
-    }
-
-    fn of(&self, row: Row) -> Lanes {
-        match row {
-            Row::Station(place) => self.stations[place.station][place.index],
-            Row::Global(g) => self.globals[g],
-            Row::Output(k) => std::array::from_fn(|o| if o == k { 1.0 } else { 0.0 }),
-        }
-    }
-}
-
-impl Pass for Gathering<'_> {
-    fn term<const N: usize, const M: usize>(
-        &mut self,
-        kernel: &impl Kernel<N, M>,
-        inputs: [Input; N],
-        targets: [Target; M],
-    ) {
-        let mut x = [Tangent::<N>::from_re(0.0); N];
-        for (k, input) in inputs.into_iter().enumerate() {
-            x[k] = Tangent::from_re(self.numbers.read(input)).derivative(k);
-        }
-        let results = kernel.evaluate::<Tangent<N>, f64>(x, self.flow);
-        for (result, target) in results.iter().zip(targets) {
-            let Some((row, factor)) = target else { continue };
-            let weights = self.multipliers.of(row);
-            for (k, input) in inputs.into_iter().enumerate() {
-                let sums = match input {
-                    Input::Unknown(_) | Input::Global(_) => continue,
-                    Input::Node { station, line, axis } => {
-                        &mut self.sums.nodes[self.numbers.geometry.index(station, line)][axis]
-                    }
-                    Input::Wall { side, point, axis } => &mut self.sums.points[side.index()][point][axis],
-                    Input::Arc { side, point } => &mut self.sums.arcs[side.index()][point],
-                    Input::Gap(number) => &mut self.sums.gaps[number],
-                    Input::Trip(side) => &mut self.sums.trips[side.index()],
-                    Input::Total => &mut self.sums.total,
-                };
-                add(sums, result.eps[k] * factor, &weights);
-            }
-        }
-    }
-}
-
 /// Derivatives of all outputs at fixed angle of attack, with respect to the nodes in the frame of the chord line, the
-/// angle, and the Mach and Reynolds number. The result is `None` where the equations are singular.
-pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2]) -> Option<[Derivatives; OUTPUTS]> {
+/// angle, and the Mach and Reynolds number. `base` is where the last factors on the way to the flow were made. The result
+/// is `None` where the equations are singular.
+pub(super) fn derivatives(
+    solved: &Problem,
+    unknowns: &Unknowns,
+    base: Option<&Arc<Base>>,
+    peaks: &[Peak; 2],
+) -> Option<[Derivatives; OUTPUTS]> {
     let mut problem = solved.clone();
     problem.held = Held::Angle;
     problem.parameters.incidence = unknowns.globals[ALPHA];
-    let mut at = kept::linearised(solved, unknowns)?;
-    at.add(&problem, unknowns, |pass| outputs(&problem.grid, peaks, pass));
+    let (flow, geometry, moves) = (problem.flow(), problem.geometry(unknowns)?, problem.moves(unknowns)?);
+    let local = Local::of(&problem.grid, Numbers { geometry: &geometry, unknowns }, &flow, |pass| {
+        problem.equations().pass(pass);
+        outputs(&problem.grid, peaks, pass);
+    });
     // where the lift was held, the angle is from here on
-    let weights = Weights::new(&multipliers(&mut at.band, ALPHA)?);
-    kept::keep_factors(solved, unknowns, Arc::new(at));
-    let nodes = by_nodes(&problem, unknowns, peaks, &weights)?;
+    let of = |at: Arc<Linearised>| adjoint(&at.band, &local, &moves, ALPHA);
+    let close = base.and_then(kept::factorised).and_then(of);
+    let exact =
+        || kept::factorised(&Arc::new(Base { problem: solved.clone(), unknowns: unknowns.clone() })).and_then(of);
+    let Adjoint { weights, sums } = close.or_else(exact)?;
+    let sensitivities = Sensitivities::new(&problem.grid, &local.slots, &sums);
+    let nodes = by_nodes(&problem, unknowns, &geometry, sensitivities)?;
     let stream = by_stream(&problem, unknowns, peaks, &weights)?;
     let mut nodes = nodes.into_iter();
     let derivatives: [Derivatives; OUTPUTS] = std::array::from_fn(|o| Derivatives {
         nodes: nodes.next().unwrap_or_default(),
         // the residual of the angle is the angle less the one that is held
-        alpha: -weights.globals[ALPHA][o],
+        alpha: -weights[local.slots.globals()][ALPHA][o],
         mach: stream[0][o],
         reynolds: stream[1][o],
     });
@@ -164,7 +106,7 @@ pub(super) fn derivatives(solved: &Problem, unknowns: &Unknowns, peaks: &[Peak; 
 }
 
 /// Derivatives with respect to Mach and Reynolds number.
-fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights: &Weights) -> Option<[Lanes; 2]> {
+fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights: &[Lanes]) -> Option<[Lanes; 2]> {
     let parameters = problem.parameters.map(ByStream::from_re);
     let parameters: Parameters<ByStream> =
         Parameters { mach: parameters.mach.derivative(0), reynolds: parameters.reynolds.derivative(1), ..parameters };
@@ -176,8 +118,7 @@ fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights:
     let mut sums = [[0.0; OUTPUTS]; 2];
     for (p, sums) in sums.iter_mut().enumerate() {
         *sums = residuals.outputs.map(|o| o.eps[p]);
-        let rows = residuals.stations.iter().flatten().zip(weights.stations.iter().flatten());
-        for (residual, weights) in rows.chain(residuals.globals.iter().zip(&weights.globals)) {
+        for (residual, weights) in residuals.stations.iter().flatten().chain(&residuals.globals).zip(weights) {
             if residual.eps[p] != 0.0 {
                 add(sums, residual.eps[p], weights);
             }
@@ -190,20 +131,9 @@ fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights:
 fn by_nodes(
     problem: &Problem,
     unknowns: &Unknowns,
-    peaks: &[Peak; 2],
-    weights: &Weights,
+    geometry: &Geometry<f64>,
+    mut sums: Sensitivities,
 ) -> Option<Vec<Vec<[f64; 2]>>> {
-    let flow = problem.flow();
-    let geometry = problem.geometry(unknowns)?;
-    let mut pass = Gathering {
-        numbers: Numbers { geometry: &geometry, unknowns },
-        flow: &flow,
-        multipliers: weights,
-        sums: Sensitivities::zeros(&problem.grid),
-    };
-    problem.equations().pass(&mut pass);
-    outputs(&problem.grid, peaks, &mut pass);
-    let mut sums = pass.sums;
     for station in 0..problem.grid.count() {
         for side in Side::BOTH {
             back_through_column(problem, unknowns, &geometry.wall, &geometry.gaps, (station, side), &mut sums);

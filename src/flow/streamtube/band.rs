@@ -10,10 +10,11 @@
 //! intervals upstream and of nodes of three stations. The blocks are kept as their transposes, which is the form that the
 //! elimination works on row by row: few numbers stand in the coefficients of unknowns in equations farther downstream.
 
-use super::block::Block;
+use super::block::{Block, SHARED};
 use super::dense::PUT_OFF;
 use super::numbering::{GLOBALS, Grid, Place, Unknowns};
-use super::rows::{Combination, Entry, FewCombined, Multiples, Sparse, padded};
+use super::rows::Entry;
+use super::strips::{Source, Strip, put_strips};
 use crate::flow::linear::{Factors, add_scaled};
 use nalgebra::DMatrix;
 
@@ -23,25 +24,24 @@ pub(super) trait Columns {
     fn add_global(&mut self, global: usize, value: f64);
 }
 
-/// A linearised system: derivatives of the equations of the stations, of the global equations and of further rows that depend
-/// on all unknowns.
+/// A linearised system: derivatives of the equations of the stations and of the global equations.
 #[derive(Debug, Clone)]
 pub(super) struct Band {
     pub blocks: Vec<Block>,
     /// Number of unknowns of each station that are not speeds.
     pub kept: Vec<usize>,
-    /// Derivatives of the global equations and further rows with respect to the global unknowns: a row for each unknown.
+    /// Derivatives of the global equations with respect to the global unknowns: a row for each unknown.
     pub corner: DMatrix<f64>,
     /// The corner after elimination.
     pub closing: DMatrix<f64>,
 }
 
 impl Band {
-    /// Zeros for a grid with further rows below the global equations.
-    pub fn new(grid: &Grid, further: usize) -> Self {
-        let corner = DMatrix::zeros(GLOBALS, GLOBALS + further);
+    /// Zeros for a grid.
+    pub fn new(grid: &Grid) -> Self {
+        let corner = DMatrix::zeros(GLOBALS, GLOBALS);
         Self {
-            blocks: (0..grid.count()).map(|i| Block::new(grid, i, further)).collect(),
+            blocks: (0..grid.count()).map(|i| Block::new(grid, i)).collect(),
             kept: (0..grid.count()).map(|i| grid.speeds_start(i)).collect(),
             closing: corner.clone(),
             corner,
@@ -61,10 +61,10 @@ impl Band {
         Equation { kept: self.kept[row.station], band: self, row }
     }
 
-    /// The derivatives of a global equation or further row.
+    /// The derivatives of a global equation.
     #[inline(always)]
-    pub fn further(&mut self, row: usize) -> FurtherRow<'_> {
-        FurtherRow { band: self, row }
+    pub fn global(&mut self, row: usize) -> GlobalEquation<'_> {
+        GlobalEquation { band: self, row }
     }
 
     /// The block of an unknown, and its row there.
@@ -76,38 +76,53 @@ impl Band {
         }
     }
 
-    /// Factorises the system without further rows. Returns `false` where a block is singular or not finite.
+    /// Factorises the system. Returns `false` where a block is singular or not finite.
     pub fn factorise(&mut self) -> bool {
-        self.eliminate(GLOBALS)
+        self.eliminate(|_, _| {})
     }
 
-    /// Factorises the system together with the further rows.
-    pub fn factorise_all(&mut self) -> bool {
-        self.eliminate(self.corner.ncols())
+    /// Factorises the system, and finds the change that takes residuals of the stations and of the global equations to zero.
+    /// The result is `None` where a block is singular or not finite.
+    pub fn factorised_step(&mut self, stations: &[Vec<f64>], residual: &[f64]) -> Option<Unknowns> {
+        let mut right = RightHandSide::new(self, stations, residual);
+        // the factors of a station are at hand when they are made
+        if !self.eliminate(|i, block| right.pass_on(i, block)) {
+            return None;
+        }
+        self.solve_upper(right)
     }
 
-    /// Eliminates all stations, with a number of global equations and further rows.
-    fn eliminate(&mut self, shared: usize) -> bool {
+    /// The change that takes residuals of the stations and of the global equations to zero, after factorisation.
+    pub fn step(&self, stations: &[Vec<f64>], residual: &[f64]) -> Option<Unknowns> {
+        let mut right = RightHandSide::new(self, stations, residual);
+        for (i, block) in self.blocks.iter().enumerate().rev() {
+            right.pass_on(i, block);
+        }
+        self.solve_upper(right)
+    }
+
+    /// Eliminates all stations, and tells of each one that is done.
+    fn eliminate(&mut self, mut done_with: impl FnMut(usize, &Block)) -> bool {
+        let mut right = Vec::new();
         for i in (0..self.blocks.len()).rev() {
             let (upstream, done) = self.blocks.split_at_mut(i + 1);
             let block = &mut upstream[i];
             block.prepare();
-            let width = padded(shared);
             if let Some(behind) = done.first() {
-                block.take_on(behind);
-                put_own(behind, block, width);
-                put_lower(behind, block, width);
+                block.take_on(behind, &right);
+                put_solutions(behind, block);
             }
-            if !block.factorise(shared) {
+            if !block.factorise(&mut right) {
                 return false;
             }
+            done_with(i, block);
         }
         let first = &self.blocks[0];
         let layout = first.layout;
         self.closing.copy_from(&self.corner);
         for g in 0..GLOBALS {
             let row = &first.lower[(layout.globals() + g) * layout.lower_stride()..][..layout.lower_stride()];
-            for r in 0..shared {
+            for r in 0..GLOBALS {
                 let solved: f64 =
                     (0..layout.kept + first.taken).map(|e| row[e] * first.row(e)[layout.border() + r]).sum();
                 self.closing[(g, r)] += row[layout.next() + r] - solved;
@@ -116,25 +131,11 @@ impl Band {
         true
     }
 
-    /// The change that takes residuals of the stations and of the global equations to zero, after factorisation.
-    pub fn step(&self, stations: &[Vec<f64>], residual: &[f64]) -> Option<Unknowns> {
+    /// The change, from right-hand sides from which all equations downstream have been eliminated.
+    fn solve_upper(&self, right: RightHandSide) -> Option<Unknowns> {
+        let RightHandSide { stations: mut right, globals } = right;
         let count = self.blocks.len();
-        // the equations of each block, those along the tubes last
-        let own = |i: usize| -> Vec<f64> {
-            let tubes: &[f64] = if i > 0 { &stations[i - 1][self.kept[i - 1]..] } else { &[] };
-            [&stations[i][..self.kept[i]], &[0.0; PUT_OFF], tubes].concat()
-        };
-        let mut right: Vec<Vec<f64>> = (0..count).map(own).collect();
-        let mut globals: [f64; GLOBALS] = std::array::from_fn(|g| residual[g]);
-        for i in (0..count).rev() {
-            let (upstream, own) = right.split_at_mut(i);
-            let upstream: &mut [f64] = match upstream.last_mut() {
-                Some(upstream) => &mut upstream[..self.kept[i - 1] + self.blocks[i].put_off()],
-                None => &mut [],
-            };
-            self.blocks[i].pass_on(&own[0], upstream, &mut globals);
-        }
-        let schur = self.closing.columns(0, GLOBALS).transpose();
+        let schur = self.closing.transpose();
         let mut solved = DMatrix::from_column_slice(GLOBALS, 1, &globals);
         Factors::new(&schur)?.solve(&mut solved);
         let globals: [f64; GLOBALS] = std::array::from_fn(|g| solved[g]);
@@ -241,13 +242,13 @@ impl Columns for Equation<'_> {
     }
 }
 
-/// The derivatives of a global equation or further row.
-pub(super) struct FurtherRow<'a> {
+/// The derivatives of a global equation.
+pub(super) struct GlobalEquation<'a> {
     band: &'a mut Band,
     row: usize,
 }
 
-impl Columns for FurtherRow<'_> {
+impl Columns for GlobalEquation<'_> {
     #[inline(always)]
     fn add(&mut self, column: Place, value: f64) {
         let (home, place) = self.band.home(column);
@@ -261,140 +262,50 @@ impl Columns for FurtherRow<'_> {
     }
 }
 
-/// Columns of the equations of a station, in its own rows and in the solutions of the station behind it: those that are not
-/// of tubes, and the global ones.
-fn parts(behind: &Block, block: &Block, width: usize) -> [(usize, usize, usize); 2] {
-    let next = behind.layout.next();
-    [(0, block.own_width(), next), (block.layout.border(), width, behind.layout.border())]
+/// Right-hand sides of the equations of each block, those along the tubes last, and of the global ones.
+struct RightHandSide {
+    stations: Vec<Vec<f64>>,
+    globals: [f64; GLOBALS],
 }
 
-/// Puts the solutions of the station behind into the rows of a station's own unknowns.
-fn put_own(behind: &Block, block: &mut Block, width: usize) {
-    let (layout, from) = (block.layout, behind.layout);
-    let (stride, lower_stride) = (layout.stride(), from.lower_stride());
-    let (others, speeds) = (layout.tube(0), from.far_rows());
-    let known = from.next()..from.next() + width;
-    for (row, own) in block.rows.chunks_mut(stride).enumerate() {
-        if (layout.kept..others).contains(&row) {
-            continue;
-        }
-        let lower = if row < layout.kept { row } else { speeds + row - others };
-        let values = &behind.lower[lower * lower_stride..][known.clone()];
-        add_scaled(&mut own[layout.border()..][..width], 1.0, values);
+impl RightHandSide {
+    fn new(band: &Band, stations: &[Vec<f64>], globals: &[f64]) -> Self {
+        let own = |i: usize| -> Vec<f64> {
+            let tubes: &[f64] = if i > 0 { &stations[i - 1][band.kept[i - 1]..] } else { &[] };
+            [&stations[i][..band.kept[i]], &[0.0; PUT_OFF], tubes].concat()
+        };
+        Self { stations: (0..stations.len()).map(own).collect(), globals: std::array::from_fn(|g| globals[g]) }
     }
-    for (column, width, source_from) in parts(behind, block, width) {
-        let (kept, tubes) = block.rows.split_at_mut(others * stride);
-        let kept = &mut kept[..layout.kept * stride];
-        let groups = [(kept, 0, true), (tubes, speeds, behind.reaches[0])];
-        for (rows, first, _) in groups.into_iter().filter(|(_, _, counts)| *counts) {
-            let product = Combination {
-                rows,
-                stride,
-                factors: Multiples::Apart(
-                    &behind.lower[first * lower_stride..],
-                    lower_stride,
-                    from.kept + behind.taken,
-                ),
-                columns: column..column + width,
-                source: &behind.rows,
-                source_stride: from.stride(),
-                source_from,
-            };
-            product.subtract();
-        }
-        let (kept, tubes) = block.rows.split_at_mut(others * stride);
-        put_tubes(behind, &behind.factors.upstream[0], kept, (stride, column, width, source_from));
-        put_speeds(behind, &behind.speeds[0], tubes, (stride, column, width, source_from));
+
+    /// Takes the equations of a factorised station out of those upstream and of the global ones.
+    fn pass_on(&mut self, i: usize, block: &Block) {
+        let (upstream, own) = self.stations.split_at_mut(i);
+        let upstream: &mut [f64] = match upstream.last_mut() {
+            Some(upstream) => &mut upstream[..block.layout.ahead + block.put_off()],
+            None => &mut [],
+        };
+        block.pass_on(&own[0], upstream, &mut self.globals);
     }
 }
 
-/// Puts the solutions of the station behind into the rows of unknowns farther upstream, which it makes.
-fn put_lower(behind: &Block, block: &mut Block, width: usize) {
+/// Puts the solutions of the station behind into the rows of a station, in the columns of its own equations and in the
+/// global ones.
+fn put_solutions(behind: &Block, block: &mut Block) {
     let (layout, from) = (block.layout, behind.layout);
-    let (stride, from_stride) = (layout.lower_stride(), from.lower_stride());
-    let fast = behind.is_fast();
+    let (own_width, fast) = (block.own_width(), behind.is_fast());
     block.reaches = [fast || behind.reaches[1], fast];
-    let far = layout.far_rows();
-    for g in 0..GLOBALS {
-        let known = &behind.lower[(from.globals() + g) * from_stride + from.next()..][..width];
-        block.lower[(layout.globals() + g) * stride + layout.next()..][..width].copy_from_slice(known);
+    let (mut rows, mut lower) = (std::mem::take(&mut block.rows), std::mem::take(&mut block.lower));
+    let known = Source { rows: &behind.lower, stride: from.lower_stride(), from: from.next() };
+    let parts =
+        [(0, 0, own_width, from.next(), None), (layout.border(), layout.next(), SHARED, from.border(), Some(known))];
+    for (column, lower_column, width, source_from, known) in parts {
+        let source = Source { rows: &behind.rows, stride: from.stride(), from: source_from };
+        let own = Strip { rows: &mut rows, stride: layout.stride(), columns: column..column + width };
+        let columns = lower_column..lower_column + width;
+        let lower = Strip { rows: &mut lower, stride: layout.lower_stride(), columns };
+        put_strips(behind, layout, [own, lower], source, known);
     }
-    if behind.reaches[1] {
-        for tube in 0..layout.far[0] {
-            let known = &behind.lower[(from.far_rows() + from.far[0] + tube) * from_stride + from.next()..][..width];
-            block.lower[(far + tube) * stride + layout.next()..][..width].copy_from_slice(known);
-        }
-    }
-    let parts = [(0, block.own_width(), from.next()), (layout.next(), width, from.border())];
-    for (column, width, source_from) in parts {
-        let (shared, speeds) = block.lower.split_at_mut(far * stride);
-        let (kept, globals) = shared.split_at_mut(layout.globals() * stride);
-        let (two, three) = speeds.split_at_mut(layout.far[0] * stride);
-        let place = (stride, column, width, source_from);
-        put_tubes(behind, &behind.factors.upstream[1], kept, place);
-        let globals_from = &behind.lower[from.globals() * from_stride..];
-        let far_from = &behind.lower[(from.far_rows() + from.far[0]) * from_stride..];
-        let tubes = &behind.rows[from.tube(0) * from.stride()..];
-        combine(
-            behind,
-            &behind.rows,
-            globals,
-            Multiples::Apart(globals_from, from_stride, from.kept + behind.taken),
-            place,
-        );
-        combine(behind, tubes, globals, Multiples::Apart(&behind.by_globals, from.tubes, from.tubes), place);
-        if behind.reaches[1] {
-            combine(
-                behind,
-                &behind.rows,
-                two,
-                Multiples::Apart(far_from, from_stride, from.kept + behind.taken),
-                place,
-            );
-        }
-        if fast {
-            put_speeds(behind, &behind.speeds[1], two, place);
-            put_speeds(behind, &behind.speeds[2], three, place);
-        }
-    }
-}
-
-/// Length of the rows from which is subtracted, first column, number of columns, and first column of the solutions.
-type Part = (usize, usize, usize, usize);
-
-fn combine(
-    behind: &Block,
-    source: &[f64],
-    rows: &mut [f64],
-    factors: Multiples,
-    (stride, column, width, source_from): Part,
-) {
-    let columns = column..column + width;
-    let source_stride = behind.layout.stride();
-    Combination { rows, stride, factors, columns, source, source_stride, source_from }.subtract();
-}
-
-/// Subtracts what the equations along the tubes of the station behind have to do with unknowns.
-fn put_tubes(behind: &Block, factors: &Sparse, rows: &mut [f64], (stride, column, width, source_from): Part) {
-    let product = FewCombined {
-        rows,
-        stride,
-        columns: column..column + width,
-        factors,
-        source: &behind.rows[behind.layout.tube(0) * behind.layout.stride()..],
-        source_stride: behind.layout.stride(),
-        source_from,
-    };
-    product.subtract();
-}
-
-/// Subtracts what the equation along each tube of the station behind has to do with a speed of this tube.
-fn put_speeds(behind: &Block, factors: &[f64], rows: &mut [f64], (stride, column, width, source_from): Part) {
-    let layout = behind.layout;
-    for (tube, (row, factor)) in rows.chunks_mut(stride).zip(factors).enumerate() {
-        let source = &behind.row(layout.tube(tube))[source_from..source_from + width];
-        add_scaled(&mut row[column..column + width], -factor, source);
-    }
+    (block.rows, block.lower) = (rows, lower);
 }
 
 #[cfg(test)]
@@ -453,7 +364,7 @@ impl Band {
         }
     }
 
-    /// A global equation or further row times a change of all unknowns.
+    /// A global equation times a change of all unknowns.
     pub fn times_global(&self, row: usize, change: &Unknowns) -> f64 {
         let of = |block: &Block| -> f64 {
             let column = block.layout.border() + row;

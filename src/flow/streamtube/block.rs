@@ -2,7 +2,7 @@
 //!
 //! The unknowns of a station are its displacements and its layer, and the speeds of the tubes between the station upstream and
 //! itself. Rows are unknowns and lie one after the other: their coefficients in the equations of the station itself, in those
-//! of the station upstream, and in the global equations and further rows. The equation along a tube knows of the speeds
+//! of the station upstream, and in the global equations. The equation along a tube knows of the speeds
 //! of the station this one alone, so that its diagonal is a pivot that costs nothing, and the dense factors have the size of the
 //! other unknowns. That derivative vanishes in supersonic flow; speeds with such weak pivots stay among the unknowns of the
 //! dense factors.
@@ -18,6 +18,9 @@ const WEAK: f64 = 0.01;
 /// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow.
 const NEGLIGIBLE: f64 = 1e-20;
 
+/// Length of the part of a row for the global equations.
+pub(super) const SHARED: usize = padded(GLOBALS);
+
 /// Numbers of unknowns of a station, and where the parts of its rows begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Layout {
@@ -29,19 +32,16 @@ pub(super) struct Layout {
     pub ahead: usize,
     /// Number of speeds upstream of that station, and of those upstream of the one before.
     pub far: [usize; 2],
-    /// Number of global equations and further rows.
-    pub shared: usize,
 }
 
 impl Layout {
-    fn new(grid: &Grid, station: usize, further: usize) -> Self {
+    fn new(grid: &Grid, station: usize) -> Self {
         let tubes = |before: usize| if station > before { grid.tubes() } else { 0 };
         Self {
             kept: grid.speeds_start(station),
             tubes: tubes(0),
             ahead: if station > 0 { grid.speeds_start(station - 1) } else { 0 },
             far: [tubes(1), tubes(2)],
-            shared: GLOBALS + further,
         }
     }
 
@@ -60,19 +60,19 @@ impl Layout {
         padded(self.kept + PUT_OFF)
     }
 
-    /// First column of the global equations and further rows.
+    /// First column of the global equations.
     pub fn border(self) -> usize {
         self.next() + padded(self.ahead + PUT_OFF)
     }
 
     /// Length of a row.
     pub fn stride(self) -> usize {
-        self.border() + padded(self.shared)
+        self.border() + SHARED
     }
 
     /// Length of a row of [`Block::lower`].
     pub fn lower_stride(self) -> usize {
-        self.next() + padded(self.shared)
+        self.next() + SHARED
     }
 
     /// First row of [`Block::lower`] with a global unknown.
@@ -86,15 +86,15 @@ impl Layout {
     }
 
     /// Puts right-hand sides of the dense factors into a row: those with columns of the station upstream, what was put off
-    /// behind them, and from the column `border` on those of the global equations and further rows.
-    fn spread(self, (right, put_off): (&[f64], &[f64]), row: &mut [f64], border: usize) {
+    /// behind them, and from the column `border` on those of the global equations.
+    fn spread(self, right: &[f64], put_off: &[f64], row: &mut [f64], border: usize) {
         let (ahead, shared) = right.split_at(padded(self.ahead));
         row[..self.ahead].copy_from_slice(&ahead[..self.ahead]);
         row[self.ahead..][..put_off.len()].copy_from_slice(put_off);
-        row[border..][..shared.len()].copy_from_slice(shared);
+        row[border..][..SHARED].copy_from_slice(&shared[..SHARED]);
     }
 
-    fn lower_rows(self) -> usize {
+    pub fn lower_rows(self) -> usize {
         self.far_rows() + self.far[0] + self.far[1]
     }
 }
@@ -145,10 +145,25 @@ pub(super) struct Factors {
     dense: Dense,
 }
 
+impl Factors {
+    /// Takes speeds out of the rows of the other unknowns, in some columns of all rows.
+    fn take_out(&self, others: &mut [f64], speeds: &mut [f64], stride: usize, columns: Range<usize>) {
+        let strong = speeds.chunks_mut(stride).zip(&self.inverse).filter(|(_, inverse)| **inverse != 0.0);
+        for (row, inverse) in strong {
+            row[columns.clone()].iter_mut().for_each(|value| *value *= inverse);
+        }
+        if !speeds.is_empty() {
+            let (factors, source, source_from) = (&self.by_out, &*speeds, columns.start);
+            FewCombined { rows: others, stride, columns, factors, source, source_stride: stride, source_from }
+                .subtract();
+        }
+    }
+}
+
 impl Block {
     /// Zeros for a station of a grid.
-    pub fn new(grid: &Grid, station: usize, further: usize) -> Self {
-        let layout = Layout::new(grid, station, further);
+    pub fn new(grid: &Grid, station: usize) -> Self {
+        let layout = Layout::new(grid, station);
         let tubes = || vec![0.0; layout.tubes];
         Self {
             layout,
@@ -215,36 +230,35 @@ impl Block {
         self.factors.upstream = [0, 1].map(|k| Sparse::new(rows[k], &self.upstream[k]));
     }
 
-    /// Factorises the station's own part and solves with the columns of the station upstream and with the first `shared` ones of
-    /// the border as right-hand sides. Returns `false` where it is singular or holds a number that is not finite.
-    pub fn factorise(&mut self, shared: usize) -> bool {
-        let Layout { tubes, ahead, .. } = self.layout;
-        let (stride, next, border) = (self.layout.stride(), self.layout.next(), self.layout.border());
-        let (kept, first) = (self.layout.kept + self.taken, self.layout.tube(0));
+    /// Factorises the station's own part and solves with the columns of the station upstream and of the border as right-hand
+    /// sides, which stand in `right` afterwards as far as the dense factors know of them. Returns `false` where the part is
+    /// singular or holds a number that is not finite.
+    pub fn factorise(&mut self, right: &mut Vec<f64>) -> bool {
+        let (layout, stride) = (self.layout, self.layout.stride());
+        let (next, border, ahead) = (layout.next(), layout.border(), padded(layout.ahead));
+        let (kept, first) = (layout.kept + self.taken, layout.tube(0));
         self.sort_speeds();
-        let Factors { weak, inverse, by_out, dense, .. } = &mut self.factors;
         let (others, speeds) = self.rows.split_at_mut(first * stride);
-        let right = [next..next + padded(ahead), border..border + padded(shared)];
-        let [ahead_columns, shared_columns] = right.clone();
-        for columns in [0..padded(kept), ahead_columns, shared_columns] {
-            for (row, inverse) in speeds.chunks_mut(stride).zip(&*inverse).filter(|(_, inverse)| **inverse != 0.0) {
-                row[columns.clone()].iter_mut().for_each(|value| *value *= inverse);
-            }
-            if tubes > 0 {
-                let source_from = columns.start;
-                let (factors, source, source_stride) = (&*by_out, &*speeds, stride);
-                FewCombined { rows: others, stride, columns, factors, source, source_stride, source_from }.subtract();
-            }
+        for columns in [0..padded(kept), next..next + ahead, border..border + SHARED] {
+            self.factors.take_out(others, speeds, stride, columns);
         }
         // there is nothing upstream of the first station
         let allowed = if ahead > 0 { PUT_OFF } else { 0 };
-        dense.begin(kept + weak.len(), right.iter().map(Range::len).sum(), allowed);
-        for (row, own) in self.rows.chunks(stride).take(kept).enumerate() {
-            dense.put(row, &own[..kept], columns_of(own, &right));
+        let Factors { weak, dense, .. } = &mut self.factors;
+        let size = kept + weak.len();
+        dense.begin(size, allowed);
+        let width = ahead + SHARED + padded(allowed);
+        // what is left from before is not read, or written over
+        right.resize(size * width, 0.0);
+        let unknowns = (0..kept).chain(weak.iter().map(|&tube| first + tube));
+        for ((place, row), right) in unknowns.enumerate().zip(right.chunks_mut(width)) {
+            let own = &self.rows[row * stride..][..stride];
+            dense.put(place, &own[..kept]);
+            right[..ahead].copy_from_slice(&own[next..next + ahead]);
+            right[ahead..][..SHARED].copy_from_slice(&own[border..border + SHARED]);
+            right[ahead + SHARED..].fill(0.0);
         }
         for (number, &tube) in weak.iter().enumerate() {
-            let own = &self.rows[(first + tube) * stride..][..stride];
-            dense.put(kept + number, &own[..kept], columns_of(own, &right));
             dense.set(kept + number, kept + number, self.diagonal[tube]);
         }
         for entry in &self.by_tube {
@@ -255,26 +269,30 @@ impl Block {
         if !dense.factorise() {
             return false;
         }
-        self.put_solutions(padded(shared));
+        dense.solve_lower(right, width);
+        dense.put_columns(right, width, ahead + SHARED);
+        dense.solve_upper(right, width);
+        self.put_solutions(right, width);
         true
     }
 
     /// Puts the solutions of the dense part into the rows, and those of the speeds that were taken out.
-    fn put_solutions(&mut self, shared: usize) {
+    fn put_solutions(&mut self, right: &[f64], width: usize) {
         let layout = self.layout;
         let (stride, next, border) = (layout.stride(), layout.next(), layout.border());
         let (kept, first) = (layout.kept + self.taken, layout.tube(0));
         let Factors { weak, dense, .. } = &self.factors;
+        let put_off = padded(layout.ahead) + SHARED;
         // what is left of the speeds' own columns is needed until all other solutions stand
         let mut solved = vec![0.0; weak.len() * stride];
-        for place in 0..kept + weak.len() {
-            let (column, put_off) = dense.column(place);
+        for (place, right) in right.chunks(width).enumerate() {
+            let (column, number) = dense.column(place);
             let own = match column.checked_sub(kept) {
                 None => &mut self.rows[column * stride..][..stride],
                 Some(number) => &mut solved[number * stride..][..stride],
             };
-            match put_off {
-                None => layout.spread(dense.solution(place), &mut own[next..], border - next),
+            match number {
+                None => layout.spread(right, &right[put_off..][..dense.put_off()], &mut own[next..], border - next),
                 Some(number) => {
                     own[next..].fill(0.0);
                     own[next + layout.ahead + number] = -1.0;
@@ -282,7 +300,7 @@ impl Block {
             }
         }
         let (others, speeds) = self.rows.split_at_mut(first * stride);
-        for columns in [next..next + padded(layout.ahead + dense.put_off()), border..border + shared] {
+        for columns in [next..next + padded(layout.ahead + dense.put_off()), border..border + SHARED] {
             let source_from = columns.start;
             let (factors, source, source_stride) = (Multiples::Inside(0..kept), &*others, stride);
             Combination { rows: speeds, stride, factors, columns, source, source_stride, source_from }.subtract();
@@ -290,6 +308,44 @@ impl Block {
         for (&tube, solved) in weak.iter().zip(solved.chunks(stride)) {
             speeds[tube * stride + next..][..stride - next].copy_from_slice(&solved[next..]);
         }
+    }
+
+    /// Replaces right-hand sides, a list of `width` numbers for each row, by the solutions with the factors. The result is
+    /// what is left for the equations that are put off.
+    pub fn solve_lists(&self, lists: &mut [f64], width: usize) -> Vec<f64> {
+        let (layout, stride) = (self.layout, self.layout.stride());
+        let kept = layout.kept + self.taken;
+        let Factors { weak, dense, .. } = &self.factors;
+        let (others, speeds) = lists.split_at_mut(layout.tube(0) * width);
+        self.factors.take_out(others, speeds, width, 0..width);
+        let mut right = others[..kept * width].to_vec();
+        weak.iter().for_each(|tube| right.extend_from_slice(&speeds[tube * width..][..width]));
+        dense.solve_lower(&mut right, width);
+        let left = right[dense.done() * width..].to_vec();
+        dense.solve_upper(&mut right, width);
+        right[dense.done() * width..].fill(0.0);
+        let mut solved = vec![0.0; weak.len() * width];
+        for (place, right) in right.chunks(width).enumerate() {
+            let (column, _) = dense.column(place);
+            match column.checked_sub(kept) {
+                None => others[column * width..][..width].copy_from_slice(right),
+                Some(number) => solved[number * width..][..width].copy_from_slice(right),
+            }
+        }
+        let product = Combination {
+            rows: speeds,
+            stride: width,
+            factors: Multiples::Apart(&self.rows[layout.tube(0) * stride..], stride, kept),
+            columns: 0..width,
+            source: others,
+            source_stride: width,
+            source_from: 0,
+        };
+        product.subtract();
+        for (&tube, solved) in weak.iter().zip(solved.chunks(width)) {
+            speeds[tube * width..][..width].copy_from_slice(solved);
+        }
+        left
     }
 
     /// Number of columns of the station's own equations, with those that were put off downstream.
@@ -302,15 +358,17 @@ impl Block {
         self.factors.dense.put_off()
     }
 
-    /// Takes on the unknowns and equations that were put off by the station behind. The columns of its right-hand sides begin
-    /// with those of this station's equations.
-    pub fn take_on(&mut self, behind: &Self) {
+    /// Takes on the unknowns and equations that were put off by the station behind, whose right-hand sides stand in `right`.
+    /// Their columns begin with those of this station's equations.
+    pub fn take_on(&mut self, behind: &Self, right: &[f64]) {
         let (layout, from) = (self.layout, behind.layout);
         let (stride, dense) = (layout.stride(), &behind.factors.dense);
+        let width = padded(from.ahead) + SHARED + padded(PUT_OFF);
         self.taken = behind.put_off();
         for number in 0..self.taken {
             let own = &mut self.rows[(layout.kept + number) * stride..][..stride];
-            from.spread(dense.left(number), own, layout.border());
+            let place = dense.done() + number;
+            from.spread(&right[place * width..][..width], dense.left(place), own, layout.border());
         }
     }
 
@@ -373,9 +431,4 @@ impl Block {
             add_scaled(globals, -value, &row[border..border + GLOBALS]);
         }
     }
-}
-
-/// Two parts of a row.
-fn columns_of<'a>(row: &'a [f64], columns: &[Range<usize>; 2]) -> [&'a [f64]; 2] {
-    columns.each_ref().map(|columns| &row[columns.clone()])
 }

@@ -1,4 +1,4 @@
-//! Dense factors of the size of a station, with right-hand sides beside them in the same rows.
+//! Dense factors of the size of a station.
 
 use super::rows::{Combination, Multiples, padded};
 use crate::flow::linear::add_scaled;
@@ -12,16 +12,13 @@ const SMALLEST: f64 = 3e-3;
 /// Largest number of columns that are put off; where more would have to be, weak pivots are taken.
 pub(super) const PUT_OFF: usize = 15;
 
-/// A square matrix with right-hand sides beside it; once factorised both triangular factors, of which the lower one has a
-/// unit diagonal that is not stored, and the solutions. Columns without a good pivot are put off: they stand last, together
-/// with as many rows, and are not eliminated.
+/// A square matrix; once factorised both triangular factors, of which the lower one has a unit diagonal that is not stored.
+/// Columns without a good pivot are put off: they stand last, together with as many rows, and are not eliminated.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Dense {
     size: usize,
     /// Number of columns that are eliminated.
     done: usize,
-    /// Number of columns of the right-hand sides. Behind them is room for the columns that are put off.
-    right: usize,
     /// Length of a row.
     stride: usize,
     rows: Vec<f64>,
@@ -36,10 +33,10 @@ pub(super) struct Dense {
 }
 
 impl Dense {
-    /// Makes room for a matrix of a size beside right-hand sides of a number of columns. So many columns may be put off.
-    pub fn begin(&mut self, size: usize, right: usize, allowed: usize) {
-        (self.size, self.right) = (size, padded(right));
-        self.stride = padded(size) + self.right + padded(allowed);
+    /// Makes room for a matrix of a size. So many columns may be put off.
+    pub fn begin(&mut self, size: usize, allowed: usize) {
+        self.size = size;
+        self.stride = padded(size);
         self.rows.resize(size * self.stride, 0.0);
         self.exchanged.clear();
         (self.done, self.allowed) = (size, allowed);
@@ -47,17 +44,12 @@ impl Dense {
         self.order.extend(0..size);
     }
 
-    /// Sets a row: the first numbers of the matrix, the others being zeros, and the right-hand sides, which are given in two
-    /// parts.
-    pub fn put(&mut self, row: usize, own: &[f64], right: [&[f64]; 2]) {
-        let (from, middle) = (padded(self.size), padded(self.size) + right[0].len());
+    /// Sets a row, whose last numbers are zeros.
+    pub fn put(&mut self, row: usize, own: &[f64]) {
         let values = &mut self.rows[row * self.stride..][..self.stride];
-        let end = middle + right[1].len();
-        values[..own.len()].copy_from_slice(own);
-        values[own.len()..from].fill(0.0);
-        values[from..middle].copy_from_slice(right[0]);
-        values[middle..end].copy_from_slice(right[1]);
-        values[end..].fill(0.0);
+        let (first, last) = values.split_at_mut(own.len());
+        first.copy_from_slice(own);
+        last.fill(0.0);
     }
 
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
@@ -68,30 +60,71 @@ impl Dense {
         self.rows[row * self.stride + column] += value;
     }
 
-    /// The solutions of a row after factorisation, for the right-hand sides and for the columns that were put off.
-    pub fn solution(&self, row: usize) -> (&[f64], &[f64]) {
-        let solution = &self.rows[row * self.stride + padded(self.size)..(row + 1) * self.stride];
-        let (right, off) = solution.split_at(self.right);
-        (right, &off[..self.put_off()])
-    }
-
     fn row(&self, row: usize) -> &[f64] {
         &self.rows[row * self.stride..][..self.size]
     }
 
-    /// Factorises the matrix and solves for the right-hand sides and the columns that are put off. Returns `false` where the
-    /// matrix is singular or has a pivot that is not finite.
+    /// Factorises the matrix. Returns `false` where it is singular or has a pivot that is not finite.
     pub fn factorise(&mut self) -> bool {
-        if !self.measure() || !self.eliminate_all() {
-            return false;
+        self.measure() && self.eliminate_all()
+    }
+
+    /// Puts right-hand sides, a row for each row of the matrix, into the order of the pivots, and solves with the lower
+    /// triangle. The last rows are then what is left of the rows that are not eliminated.
+    pub fn solve_lower(&self, right: &mut [f64], stride: usize) {
+        for (row, &other) in self.exchanged.iter().enumerate().filter(|(row, other)| row != *other) {
+            let (before, behind) = right.split_at_mut(other * stride);
+            before[row * stride..][..stride].swap_with_slice(&mut behind[..stride]);
         }
-        let right = padded(self.size)..padded(self.size) + self.right;
-        for row in self.rows.chunks_mut(self.stride) {
-            row.copy_within(self.done..self.size, right.end);
+        for start in (0..self.done).step_by(TOGETHER) {
+            let end = (start + TOGETHER).min(self.done);
+            self.subtract(right, stride, start..end, 0..start);
+            for row in start + 1..end {
+                self.subtract(right, stride, row..row + 1, start..row);
+            }
         }
-        let end = right.end + padded(self.put_off());
-        solve_upper(&mut self.rows, self.done, self.stride, right.start..end);
-        true
+        self.subtract(right, stride, self.done..self.size, 0..self.done);
+    }
+
+    /// Puts the columns that were put off into the columns of right-hand sides from `from` on.
+    pub fn put_columns(&self, right: &mut [f64], stride: usize, from: usize) {
+        for (row, right) in right.chunks_mut(stride).enumerate() {
+            right[from..][..self.put_off()].copy_from_slice(self.left(row));
+        }
+    }
+
+    /// Solves with the upper triangle.
+    pub fn solve_upper(&self, right: &mut [f64], stride: usize) {
+        let mut end = self.done;
+        while end > 0 {
+            let start = (end - 1) / TOGETHER * TOGETHER;
+            self.subtract(right, stride, start..end, end..self.done);
+            for row in (start..end).rev() {
+                self.subtract(right, stride, row..row + 1, row + 1..end);
+                let inverse = self.row(row)[row].recip();
+                right[row * stride..][..stride].iter_mut().for_each(|value| *value *= inverse);
+            }
+            end = start;
+        }
+    }
+
+    /// Subtracts from rows of right-hand sides the rows at the places of `columns` times the numbers there. The latter
+    /// stand all before or all behind the former.
+    fn subtract(&self, right: &mut [f64], stride: usize, rows: Range<usize>, columns: Range<usize>) {
+        if rows.is_empty() || columns.is_empty() {
+            return;
+        }
+        let factors =
+            Multiples::Apart(&self.rows[rows.start * self.stride + columns.start..], self.stride, columns.len());
+        let (own, source) = if columns.start < rows.start {
+            let (source, own) = right.split_at_mut(rows.start * stride);
+            (&mut own[..rows.len() * stride], &source[columns.start * stride..])
+        } else {
+            let (own, source) = right.split_at_mut(columns.start * stride);
+            (&mut own[rows.start * stride..rows.end * stride], &source[..])
+        };
+        Combination { rows: own, stride, factors, columns: 0..stride, source, source_stride: stride, source_from: 0 }
+            .subtract();
     }
 
     /// Finds the largest number of every column. Returns `false` where there is one that is not finite.
@@ -112,9 +145,14 @@ impl Dense {
         self.size - self.done
     }
 
-    /// The row that stands at a place of those that are not eliminated: its right-hand sides, and its own numbers.
-    pub fn left(&self, number: usize) -> (&[f64], &[f64]) {
-        self.solution(self.done + number)
+    /// Number of columns that are eliminated.
+    pub fn done(&self) -> usize {
+        self.done
+    }
+
+    /// The numbers of a row in the columns that were put off.
+    pub fn left(&self, row: usize) -> &[f64] {
+        &self.row(row)[self.done..]
     }
 
     /// The column of the matrix to which the solutions of a row belong, and the number of those that were put off.
@@ -184,8 +222,8 @@ impl Dense {
     /// other; then all rows below.
     fn update(&mut self, first: usize, end: usize) {
         let (stride, right) = (self.stride, first / PANEL * PANEL + PANEL);
-        let columns = right..padded(self.size) + self.right;
-        if first == end {
+        let columns = right..stride;
+        if first == end || columns.is_empty() {
             return;
         }
         for row in first + 1..end {
@@ -285,48 +323,6 @@ enum Pivot {
 /// Number of rows that are solved together.
 const TOGETHER: usize = 4;
 
-/// Solves with an upper triangle in the leading columns of rows for further columns.
-fn solve_upper(rows: &mut [f64], size: usize, stride: usize, columns: Range<usize>) {
-    let mut end = size;
-    while end > 0 {
-        let start = (end - 1) / TOGETHER * TOGETHER;
-        let (above, below) = rows.split_at_mut(end * stride);
-        let group = &mut above[start * stride..];
-        if end < size {
-            let product = Combination {
-                rows: group,
-                stride,
-                factors: Multiples::Inside(end..size),
-                columns: columns.clone(),
-                source: below,
-                source_stride: stride,
-                source_from: columns.start,
-            };
-            product.subtract();
-        }
-        for row in (start..end).rev() {
-            let (before, behind) = rows.split_at_mut((row + 1) * stride);
-            let own = &mut before[row * stride..];
-            if row + 1 < end {
-                let product = Combination {
-                    rows: own,
-                    stride,
-                    factors: Multiples::Inside(row + 1..end),
-                    columns: columns.clone(),
-                    source: behind,
-                    source_stride: stride,
-                    source_from: columns.start,
-                };
-                product.subtract();
-            }
-            let own = &mut rows[row * stride..][..stride];
-            let inverse = own[row].recip();
-            own[columns.clone()].iter_mut().for_each(|value| *value *= inverse);
-        }
-        end = start;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -338,20 +334,23 @@ mod tests {
     }
 
     #[test]
-    fn solves_for_what_stands_beside_and_later() {
+    fn solves_with_the_matrix_and_its_transpose() {
         for size in [1, 4, 8, 9, 23] {
             let a = matrix(size);
             let x = DMatrix::from_fn(size, 3, |i, j| 1.0 + i as f64 - 2.5 * j as f64);
             let b = &a * &x;
             let mut dense = Dense::default();
-            dense.begin(size, 3, 0);
+            dense.begin(size, 0);
+            let mut right = vec![0.0; 8 * size];
             for row in 0..size {
-                let of = |m: &DMatrix<f64>| m.row(row).iter().copied().collect::<Vec<f64>>();
-                dense.put(row, &of(&a), [&of(&b), &[]]);
+                dense.put(row, &a.row(row).iter().copied().collect::<Vec<f64>>());
+                (0..3).for_each(|j| right[8 * row + j] = b[(row, j)]);
             }
             assert!(dense.factorise() && dense.put_off() == 0);
+            dense.solve_lower(&mut right, 8);
+            dense.solve_upper(&mut right, 8);
             for row in 0..size {
-                assert!((0..3).all(|j| (dense.solution(row).0[j] - x[(row, j)]).abs() < 1e-9), "{size}");
+                assert!((0..3).all(|j| (right[8 * row + j] - x[(row, j)]).abs() < 1e-9), "{size}");
             }
             let c = a.transpose() * &x;
             let mut single: Vec<f64> = c.column(1).iter().copied().collect();
@@ -368,9 +367,9 @@ mod tests {
         a.set_column(6, &sum);
         a[(2, 6)] += 1e-7;
         let mut dense = Dense::default();
-        dense.begin(size, 1, PUT_OFF);
+        dense.begin(size, PUT_OFF);
         for row in 0..size {
-            dense.put(row, &a.row(row).iter().copied().collect::<Vec<f64>>(), [&[1.0], &[]]);
+            dense.put(row, &a.row(row).iter().copied().collect::<Vec<f64>>());
         }
         assert!(dense.factorise());
         assert!((1..4).contains(&dense.put_off()), "{}", dense.put_off());
@@ -387,9 +386,9 @@ mod tests {
     fn singular_matrices_have_no_factors() {
         for bad in [0.0, f64::NAN, f64::INFINITY] {
             let mut dense = Dense::default();
-            dense.begin(5, 1, 0);
+            dense.begin(5, 0);
             for row in 0..5 {
-                dense.put(row, &[bad; 5], [&[1.0], &[]]);
+                dense.put(row, &[bad; 5]);
             }
             assert!(!dense.factorise());
         }

@@ -4,7 +4,8 @@
 //! Its amplification says where transition wants to be. Stations are laid there and the flow is carried over, until
 //! transition stands close enough for Newton's method to find its place together with all other unknowns.
 
-use super::newton::{Ended, Limits, solve};
+use super::limits::Limits;
+use super::newton::{Ended, solve};
 use super::numbering::{STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::refine::carried_over;
 use super::settings::StreamtubeSettings;

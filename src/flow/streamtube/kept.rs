@@ -1,12 +1,12 @@
 //! Linearised systems that are kept from one use to the next.
 //!
-//! Newton's method ends with a system that is linearised at the solution, and the adjoint begins with the same one. A flow
-//! that starts from a neighbour begins with the factors of the neighbour's. The memory of such systems is too much to be kept
-//! with every solution; the last few are kept here, and made anew for others. The numbers are the same either way.
+//! Newton's method ends with factors of a system that was linearised close to the solution. The adjoint corrects them, and a
+//! flow that starts from a neighbour begins with those of the neighbour. The memory of such systems is too much to be kept with
+//! every solution, which knows where its system was linearised; the last few systems are kept here, and made anew for others.
+//! The numbers are the same either way.
 
 use super::band::Band;
 use super::numbering::{Grid, Unknowns};
-use super::outputs::OUTPUTS;
 use super::system::{Linearised, Problem};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -17,12 +17,15 @@ const FACTORISED: usize = 3;
 /// Number of systems without use whose memory is kept.
 const SPARE: usize = 1;
 
-/// A system with the solution that it belongs to.
-struct Kept<T> {
-    problem: Problem,
-    unknowns: Unknowns,
-    at: T,
+/// A flow and the unknowns at which its system was linearised.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Base {
+    pub problem: Problem,
+    pub unknowns: Unknowns,
 }
+
+/// A system with the place at which it was linearised.
+type Kept<T> = (Arc<Base>, T);
 
 /// The oldest stand first in all lists.
 struct Store {
@@ -43,58 +46,46 @@ fn push<T>(list: &mut Vec<T>, item: T, most: usize) -> Option<T> {
     (list.len() > most).then(|| list.remove(0))
 }
 
-/// Takes the system of a solution from a list.
-fn remove<T>(list: &mut Vec<Kept<T>>, problem: &Problem, unknowns: &Unknowns) -> Option<Kept<T>> {
-    let place = list.iter().position(|own| own.unknowns == *unknowns && own.problem == *problem)?;
-    Some(list.remove(place))
+/// Takes the system of a place from a list.
+fn remove<T>(list: &mut Vec<Kept<T>>, base: &Arc<Base>) -> Option<T> {
+    let place = list.iter().position(|(own, _)| Arc::ptr_eq(own, base) || own == base)?;
+    Some(list.remove(place).1)
 }
 
-/// Keeps the linearised system of a solution.
-pub(super) fn keep(problem: &Problem, unknowns: &Unknowns, at: Linearised) {
-    let own = Kept { problem: problem.clone(), unknowns: unknowns.clone(), at };
-    let oldest = push(&mut store().linearised, own, LINEARISED);
-    if let Some(Kept { problem, at, .. }) = oldest {
-        give_back(problem.grid, at.band);
+/// Keeps a linearised system.
+pub(super) fn keep(base: &Arc<Base>, at: Linearised) {
+    let oldest = push(&mut store().linearised, (Arc::clone(base), at), LINEARISED);
+    if let Some((base, at)) = oldest {
+        give_back(base.problem.grid.clone(), at.band);
     }
 }
 
-/// The linearised system of a solution.
-pub(super) fn linearised(problem: &Problem, unknowns: &Unknowns) -> Option<Linearised> {
-    let known = remove(&mut store().linearised, problem, unknowns).map(|kept| kept.at);
-    known.or_else(|| problem.linearise_in(zeros(&problem.grid), unknowns))
-}
-
-/// Keeps the factorised system of a solution.
-pub(super) fn keep_factors(problem: &Problem, unknowns: &Unknowns, at: Arc<Linearised>) {
-    let own = Kept { problem: problem.clone(), unknowns: unknowns.clone(), at };
-    let oldest = {
-        let factorised = &mut store().factorised;
-        // what has been kept already is the same
-        drop(remove(factorised, problem, unknowns));
-        push(factorised, own, FACTORISED)
+/// Keeps a factorised system, if its flow is more than a stage on the way to another.
+pub(super) fn keep_factors(base: &Arc<Base>, at: Arc<Linearised>) {
+    let own = (Arc::clone(base), at);
+    let oldest = match base.problem.fixed_transition {
+        Some(_) => Some(own),
+        None => push(&mut store().factorised, own, FACTORISED),
     };
-    if let Some(Kept { problem, at, .. }) = oldest
+    if let Some((base, at)) = oldest
         && let Some(at) = Arc::into_inner(at)
     {
-        give_back(problem.grid, at.band);
+        give_back(base.problem.grid.clone(), at.band);
     }
 }
 
-/// The factorised system of a solution; `None` where it is singular.
-pub(super) fn factorised(problem: &Problem, unknowns: &Unknowns) -> Option<Arc<Linearised>> {
-    let known = remove(&mut store().factorised, problem, unknowns).map(|kept| kept.at);
-    let at = match known {
-        Some(at) => at,
-        None => {
-            let mut at = linearised(problem, unknowns)?;
-            if !at.band.factorise() {
-                return None;
-            }
-            Arc::new(at)
-        }
+/// The system factorised at a place; `None` where it is singular.
+pub(super) fn factorised(base: &Arc<Base>) -> Option<Arc<Linearised>> {
+    let known = remove(&mut store().factorised, base);
+    let make = || {
+        let known = remove(&mut store().linearised, base);
+        let Base { problem, unknowns } = &**base;
+        let mut at = known.or_else(|| problem.linearise_in(zeros(&problem.grid), unknowns))?;
+        at.band.factorise().then(|| Arc::new(at))
     };
+    let at = known.or_else(make)?;
     // it becomes the youngest
-    keep_factors(problem, unknowns, Arc::clone(&at));
+    keep_factors(base, Arc::clone(&at));
     Some(at)
 }
 
@@ -112,5 +103,5 @@ pub(super) fn zeros(grid: &Grid) -> Band {
         let place = spare.iter().position(|(known, _)| known == grid);
         place.map(|place| spare.remove(place).1)
     };
-    fitting.map_or_else(|| Band::new(grid, OUTPUTS), Band::cleared)
+    fitting.map_or_else(|| Band::new(grid), Band::cleared)
 }

@@ -2,8 +2,8 @@
 //!
 //! Every equation of the solver is a sum of terms. A term is a [`Kernel`], a function of a handful of numbers written
 //! once over every scalar, with the [`Input`]s it reads and the [`Row`]s its results are added to. What is done with a
-//! term is up to a [`Pass`]: evaluate it, differentiate it by its inputs and scatter that into the Jacobian, or weigh
-//! its derivatives with an adjoint solution.
+//! term is up to a [`Pass`]: evaluate it, differentiate it by its inputs and scatter that into the Jacobian, or keep
+//! its derivatives for the adjoint.
 
 use super::gas::Flow;
 use super::numbering::Place;

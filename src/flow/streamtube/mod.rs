@@ -11,10 +11,11 @@
 //! of [`tubes`]), the
 //! [`far_field`] and the boundary layer ([`layer_kernels`], which call the equations of the
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
-//! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts and [`rows`], [`newton`]
-//! iterates, [`guess`] says where a flow may begin, and [`start`] leads from nothing to it. [`adjoint`] differentiates a
-//! solution by the [`transposed`] system, with the linearised system that [`kept`] holds. [`solver`] is the door,
-//! [`record`] what a solution keeps, [`status`] says whether
+//! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts, [`strips`] of columns and
+//! [`rows`], [`newton`] iterates within [`limits`], with factors that are kept by [`chords`], [`guess`] says where a flow may
+//! begin, and [`start`] leads from nothing to it. [`adjoint`] differentiates a solution by the [`transposed`] system, whose
+//! derivatives stand in [`local`] term by term, with the factors that [`kept`] holds. [`solver`] is the door, [`record`]
+//! what a solution keeps, [`status`] says whether
 //! it holds. [`gas`] and [`settings`] hold numbers.
 //!
 //! This module depends on the [`layer`](super::layer) and, for the frame of a section and the first guess, on the
@@ -25,6 +26,7 @@ mod background;
 mod band;
 mod block;
 mod cell;
+mod chords;
 mod dense;
 mod equations;
 mod far_field;
@@ -36,6 +38,8 @@ mod guess;
 mod kept;
 mod kernel;
 mod layer_kernels;
+mod limits;
+mod local;
 mod moves;
 mod newton;
 mod numbering;
@@ -50,6 +54,7 @@ mod start;
 #[cfg(test)]
 mod start_tests;
 mod status;
+mod strips;
 mod system;
 #[cfg(test)]
 mod tests;

@@ -1,58 +1,23 @@
 //! Newton's method for a flow, alone or on the way from one flow to another.
 //!
 //! On the way the fraction that is gone is damped together with the unknowns: the right-hand side of Newton's step holds
-//! what the equations change with the rest of the way. That derivative is taken with one dual direction. The first step from
-//! a solution has the factors of this solution, and the last steps have those of the step before.
+//! what the equations change with the rest of the way. That derivative is taken with one dual direction. The first steps
+//! from a solution have the factors of this solution, and the last ones those of the step before.
 
 use super::band::Band;
+use super::chords::{Chords, ROUND_OFF};
 use super::gas::Parameters;
-use super::kept;
-use super::numbering::{ALPHA, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
+use super::kept::{self, Base};
+use super::limits::{Factor, Limits, inside, limit};
+use super::numbering::Unknowns;
 use super::system::{Linearised, Problem};
 use crate::differentiate::Tangent;
-use crate::flow::layer::Regime;
+use std::sync::Arc;
 
 type Direction = Tangent<1>;
 
-/// Limits of the iteration.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Limits {
-    /// Largest number of steps.
-    pub steps: usize,
-    /// Residual at which the iteration ends.
-    pub tolerance: f64,
-    /// Largest share of the way in one step.
-    pub stride: f64,
-    /// Residual above which the way is not gone on.
-    pub hold: f64,
-    /// Whether small speeds may change by more than a quarter of themselves.
-    pub relaxed: bool,
-}
-
 /// Largest change of the Mach number of the onset flow in one step.
 const MACH_STEP: f64 = 0.08;
-/// Largest change of the angle of attack in one step.
-const ANGLE_STEP: f64 = 0.02;
-/// Largest change of the place of the stagnation point in one step.
-const STAGNATION_STEP: f64 = 0.01;
-/// Largest change of the place of transition in one step.
-const TRANSITION_STEP: f64 = 0.02;
-/// Largest relative change of a speed in one step.
-const SPEED_CHANGE: f64 = 0.25;
-/// Speed below which the relaxed limit counts against this speed.
-const SLOW: f64 = 0.5;
-/// Largest relative fall of a speed in one step.
-const SPEED_FALL: f64 = 0.6;
-/// Largest changes of the unknowns of the layer in one step, with the amplification factor last.
-const LAYER_CHANGES: [f64; 5] = [0.5, 0.5, 1.0, 0.8, 8.0];
-/// Smallest and largest ratio of the areas of the tubes after and before a step.
-const AREA_CHANGES: [f64; 2] = [0.6, 1.6];
-/// Square of the largest local Mach number.
-const LARGEST_MACH2: f64 = 6.0;
-/// Factor by which a step is cut back while areas change too much, and the number of times.
-const CUT: (f64, usize) = (0.6, 14);
-/// Largest change of any unknown, and largest residual after it, of a flow that is converged to round-off.
-const ROUND_OFF: f64 = 1e-9;
 
 /// Number of steps within which the residual falls to the second number of itself, or the way goes on by the third, in an
 /// iteration that leads anywhere.
@@ -83,6 +48,18 @@ pub(super) struct Ended {
     /// Number of steps. Those at the end with factors that are kept do not count.
     pub steps: usize,
     pub residual: f64,
+    /// Where the factors of the last steps were made, if the iteration has converged.
+    pub base: Option<Arc<Base>>,
+}
+
+impl Ended {
+    fn converged(steps: usize, residual: f64, base: Arc<Base>) -> Self {
+        Self { converged: true, steps, residual, base: Some(base) }
+    }
+
+    fn failed(steps: usize, residual: f64) -> Self {
+        Self { converged: false, steps, residual, base: None }
+    }
 }
 
 /// Where a way begins: parameters and nodes of the flow that is left.
@@ -122,7 +99,7 @@ impl Way<'_> {
 
     /// The factor of a step before the unknowns limit it; a step that advances on the way may not advance too far.
     fn factor(&self, advances: bool, limits: &Limits) -> Factor {
-        let mut factor = Factor(1.0);
+        let mut factor = Factor::full();
         if advances {
             let rest = 1.0 - self.gone;
             let mach = self.problem().parameters.mach;
@@ -160,21 +137,6 @@ impl Way<'_> {
     }
 }
 
-/// The factor of a step, cut down by limits one after the other.
-struct Factor(f64);
-
-impl Factor {
-    fn limit(&mut self, change: f64, largest: f64) {
-        if change * self.0 > largest {
-            self.0 = largest / change;
-        }
-    }
-}
-
-/// Largest number of steps with factors that are kept, and the largest ratio of the residuals after and before a step that
-/// is expected to be enough for them.
-const CHORDS: (usize, f64) = (4, 0.05);
-
 /// Solves a flow from given unknowns, which hold the last state afterwards. `from` is the flow to leave, if the way is to
 /// be gone step by step.
 pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
@@ -182,19 +144,29 @@ pub(super) fn solve(to: &Problem, from: Option<From>, unknowns: &mut Unknowns, l
 }
 
 /// Solves a flow from the solution of a neighbouring one, whose unknowns hold the last state afterwards. The first step goes
-/// along the tangent, with the factors of the solution.
-pub(super) fn solve_near(to: &Problem, solved: &Problem, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
+/// along the tangent, with the factors of the last steps to the solution, which were made at `base`.
+pub(super) fn solve_near(
+    to: &Problem,
+    solved: &Problem,
+    base: &Arc<Base>,
+    unknowns: &mut Unknowns,
+    limits: &Limits,
+) -> Ended {
     let from = From { parameters: solved.parameters, nodes: Some(&solved.nodes) };
     let mut way = Way { to, gone: 0.0, from: Some(from) };
-    let departed = depart(&mut way, solved, unknowns, limits).is_some();
+    let departed = depart(&mut way, base, unknowns, limits);
+    if let Some(at) = departed.as_ref().filter(|_| way.gone == 1.0)
+        && let Some(residual) = Chords::of_neighbour(to, at, limits).finish(unknowns)
+    {
+        return Ended::converged(1, residual, Arc::clone(base));
+    }
     let mut ended = go(way, unknowns, limits);
-    ended.steps += usize::from(departed);
+    ended.steps += usize::from(departed.is_some());
     ended
 }
 
 /// Goes a way to its end.
 fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
-    let to = way.to;
     let mut residual = f64::NAN;
     let mut spare: Option<Band> = None;
     let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY };
@@ -202,85 +174,64 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         let problem = way.problem();
         let band = spare.take().map_or_else(|| kept::zeros(&problem.grid), Band::cleared);
         let Some(mut at) = problem.linearise_in(band, unknowns) else {
-            return Ended { converged: false, steps, residual };
+            return Ended::failed(steps, residual);
         };
         residual = at.residuals.largest();
         // written so that NaN ends it
         if !residual.is_finite() {
-            return Ended { converged: false, steps, residual };
+            return Ended::failed(steps, residual);
         }
         if residual < limits.tolerance && way.gone == 1.0 {
-            kept::keep(to, unknowns, at);
-            return Ended { converged: true, steps, residual };
+            let base = Arc::new(Base { problem: problem.clone(), unknowns: unknowns.clone() });
+            kept::keep(&base, at);
+            return Ended::converged(steps, residual, base);
         }
         if progress.is_over(steps, way.gone, residual) {
-            return Ended { converged: false, steps, residual };
+            return Ended::failed(steps, residual);
         }
         let advance = way.gone < 1.0 && residual < limits.hold;
         if advance {
             add_direction(&way, &problem, unknowns, &mut at);
         }
-        let failed = Ended { converged: false, steps, residual };
-        if !at.band.factorise() {
-            return failed;
-        }
+        let failed = Ended::failed(steps, residual);
+        let Linearised { band, residuals, .. } = &mut at;
         let Some(change) =
-            at.band.step(&at.residuals.stations, &at.residuals.globals).filter(|c| c.largest().is_finite())
+            band.factorised_step(&residuals.stations, &residuals.globals).filter(|c| c.largest().is_finite())
         else {
             return failed;
         };
         let mut factor = way.factor(advance, limits);
         limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
         let Some(next) = inside(&problem, unknowns, &change, &at.areas, &mut factor) else { return failed };
-        *unknowns = next;
+        let before = std::mem::replace(unknowns, next);
         if advance {
             way.advance(factor.0);
         }
-        let still = way.gone == 1.0 && factor.0 == 1.0 && !advance;
-        if still && change.largest() < ROUND_OFF && residual < 1e-6 {
-            let end = problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest());
-            return Ended { converged: end <= ROUND_OFF, steps: steps + 1, residual: end };
-        }
-        if still && let Some(residual) = finish(&problem, unknowns, &at, residual, limits) {
-            kept::give_back(problem.grid, at.band);
-            return Ended { converged: true, steps: steps + 1, residual };
+        if way.gone == 1.0 && factor.is_full() && !advance {
+            let tiny = change.largest() < ROUND_OFF && residual < 1e-6;
+            let chords = Chords::after(&problem, &at, limits, change, residual);
+            // what Newton's steps do not change any more is converged to round-off
+            let end = if tiny { Some(largest_residual(&problem, unknowns)) } else { chords.finish(unknowns) };
+            if let Some(end) = end {
+                let base = Arc::new(Base { problem, unknowns: before });
+                kept::keep_factors(&base, Arc::new(at));
+                let ended = Ended::converged(steps + 1, end, base);
+                return Ended { converged: !tiny || end <= ROUND_OFF, ..ended };
+            }
         }
         spare = Some(at.band);
     }
-    Ended { converged: false, steps: limits.steps, residual }
+    Ended::failed(limits.steps, residual)
 }
 
-/// Ends an iteration with the factors of its last step, which took the residual down from `before`, where that leads to a
-/// residual below the tolerance. The result is this residual. Such a step costs a fifth of one with new factors.
-fn finish(problem: &Problem, unknowns: &mut Unknowns, at: &Linearised, before: f64, limits: &Limits) -> Option<f64> {
-    let (steps, ratio) = CHORDS;
-    let mut before = before;
-    for step in 0..=steps {
-        let residuals = problem.residuals(unknowns)?;
-        let residual = residuals.largest();
-        if residual < limits.tolerance {
-            return Some(residual);
-        }
-        // every further step gains about twice what the first one did
-        let expected = residual * (2.0 * residual / before).powi((steps - step) as i32);
-        // written so that NaN ends it
-        if step == steps || !(residual < ratio * before && expected < limits.tolerance) {
-            return None;
-        }
-        let change = at.band.step(&residuals.stations, &residuals.globals).filter(|c| c.largest().is_finite())?;
-        let mut factor = Factor(1.0);
-        limit(problem, unknowns, &change, limits.relaxed, &mut factor);
-        let next = inside(problem, unknowns, &change, &at.areas, &mut factor).filter(|_| factor.0 == 1.0)?;
-        *unknowns = next;
-        before = residual;
-    }
-    None
+fn largest_residual(problem: &Problem, unknowns: &Unknowns) -> f64 {
+    problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest())
 }
 
 /// Takes a solution towards that of a neighbouring flow by the tangent, with the factors of the solution itself. The result
 /// is `None`, and the solution is where it was, where there is no tangent.
-fn depart(way: &mut Way, solved: &Problem, unknowns: &mut Unknowns, limits: &Limits) -> Option<()> {
-    let at = kept::factorised(solved, unknowns)?;
+fn depart(way: &mut Way, base: &Arc<Base>, unknowns: &mut Unknowns, limits: &Limits) -> Option<Arc<Linearised>> {
+    let at = kept::factorised(base)?;
     let problem = way.problem();
     let direction = way.direction(&problem, unknowns)?;
     let slopes: Vec<Vec<f64>> = direction.stations.iter().map(|s| s.iter().map(|v| v.eps[0]).collect()).collect();
@@ -289,7 +240,7 @@ fn depart(way: &mut Way, solved: &Problem, unknowns: &mut Unknowns, limits: &Lim
     limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
     *unknowns = inside(&problem, unknowns, &change, &at.areas, &mut factor)?;
     way.advance(factor.0);
-    Some(())
+    Some(at)
 }
 
 /// Adds what the equations change on the rest of the way to the right-hand side.
@@ -303,63 +254,4 @@ fn add_direction(way: &Way, problem: &Problem, unknowns: &Unknowns, at: &mut Lin
     for (value, d) in at.residuals.globals.iter_mut().zip(&direction.globals) {
         *value = along(*value, d);
     }
-}
-
-/// Cuts the factor so that no unknown changes too much.
-fn limit(problem: &Problem, unknowns: &Unknowns, change: &Unknowns, relaxed: bool, factor: &mut Factor) {
-    let grid = &problem.grid;
-    for station in 0..grid.count() {
-        for tube in 0..if station + 1 < grid.count() { grid.tubes() } else { 0 } {
-            let place = grid.speed(station, tube);
-            let (q, dq) = (unknowns.at(place), change.at(place));
-            let scale = if relaxed { q.max(SLOW) } else { q };
-            factor.limit(dq.abs() / scale, SPEED_CHANGE);
-            factor.limit(-dq / q, SPEED_FALL);
-        }
-        for sheet in grid.sheets(station) {
-            let laminar = sheet != Sheet::Wake && grid.regime(station, sheet) == Regime::Laminar;
-            let changes = change.layer(grid, station, sheet);
-            for k in 0..LAYER {
-                let largest = if k == 2 && laminar { LAYER_CHANGES[4] } else { LAYER_CHANGES[k] };
-                factor.limit(changes[k].abs(), largest);
-            }
-        }
-    }
-    factor.limit(change.globals[STAGNATION].abs(), STAGNATION_STEP);
-    factor.limit(change.globals[ALPHA].abs(), ANGLE_STEP);
-    for g in TRANSITION {
-        factor.limit(change.globals[g].abs(), TRANSITION_STEP);
-    }
-    debug_assert_eq!(SPEED, 3);
-}
-
-/// The unknowns after the step, cut back until every tube keeps a reasonable area and temperature.
-fn inside(
-    problem: &Problem,
-    unknowns: &Unknowns,
-    change: &Unknowns,
-    areas: &[f64],
-    factor: &mut Factor,
-) -> Option<Unknowns> {
-    let (grid, flow) = (&problem.grid, problem.flow());
-    let [least, most] = AREA_CHANGES;
-    for _ in 0..CUT.1 {
-        let next = unknowns.stepped(change, factor.0);
-        let speeds = (0..grid.count() - 1).flat_map(|i| next.stations[i][grid.speeds_start(i)..].iter());
-        let cold = |q: &f64| {
-            let mach2 = flow.mach2::<f64>(*q);
-            flow.enthalpy::<f64>(*q) > 0.0 && mach2 < LARGEST_MACH2
-        };
-        let warm = speeds.into_iter().all(cold);
-        let fits = || {
-            let geometry = problem.geometry(&next)?;
-            let ratios = problem.areas(&geometry);
-            Some(ratios.iter().zip(areas).all(|(new, old)| new / old > least && new / old < most))
-        };
-        if warm && fits() == Some(true) {
-            return Some(next);
-        }
-        factor.0 *= CUT.0;
-    }
-    None
 }

@@ -228,6 +228,12 @@ impl Unknowns {
         }
     }
 
+    /// The scalar product with another list of all unknowns.
+    pub fn product(&self, other: &Self) -> f64 {
+        let stations = self.stations.iter().flatten().zip(other.stations.iter().flatten());
+        stations.chain(self.globals.iter().zip(&other.globals)).map(|(a, b)| a * b).sum()
+    }
+
     /// The largest magnitude; NaN where there is one.
     pub fn largest(&self) -> f64 {
         let all = self.stations.iter().flatten().chain(&self.globals);

@@ -11,26 +11,24 @@ use crate::flow::layer::{Derived, Regime, Side, State};
 use crate::scalar::{Over, Scalar};
 
 /// Number of outputs.
-pub(super) const OUTPUTS: usize = 9;
+pub(super) const OUTPUTS: usize = 8;
 /// Output: lift coefficient from the pressure on the wall.
 pub(super) const LIFT: usize = 0;
 /// Output: moment coefficient about the quarter chord.
 pub(super) const MOMENT: usize = 1;
-/// Output: drag coefficient of the pressure on the wall.
-pub(super) const WALL_DRAG: usize = 2;
 /// Output: wave drag coefficient, from the tubes at the exit.
-pub(super) const WAVE_DRAG: usize = 3;
+pub(super) const WAVE_DRAG: usize = 2;
 /// Output: drag coefficient of the wake of the boundary layers.
-pub(super) const VISCOUS_DRAG: usize = 4;
+pub(super) const VISCOUS_DRAG: usize = 3;
 /// Output: friction drag coefficient.
-pub(super) const FRICTION_DRAG: usize = 5;
+pub(super) const FRICTION_DRAG: usize = 4;
 /// Output: lowest pressure coefficient on the wall.
-pub(super) const LOWEST_PRESSURE: usize = 6;
+pub(super) const LOWEST_PRESSURE: usize = 5;
 /// Outputs: x of transition on both sides.
-pub(super) const TRANSITION_X: [usize; 2] = [7, 8];
+pub(super) const TRANSITION_X: [usize; 2] = [6, 7];
 
 /// Pressure on the wall as load of a wall station. Inputs: those of a cell, three neighbouring wall points (from the
-/// stagnation point on), angle of attack. Results in the order of the outputs lift, moment, drag.
+/// stagnation point on), angle of attack. Results: lift and moment.
 struct WallLoad {
     cell: Cell,
     side: Side,
@@ -38,8 +36,8 @@ struct WallLoad {
     nose: bool,
 }
 
-impl Kernel<23, 3> for WallLoad {
-    fn evaluate<S: Over<P>, P: Scalar>(&self, x: [S; 23], flow: &Flow<P>) -> [S; 3] {
+impl Kernel<23, 2> for WallLoad {
+    fn evaluate<S: Over<P>, P: Scalar>(&self, x: [S; 23], flow: &Flow<P>) -> [S; 2] {
         let pressure = if self.nose {
             flow.isentropic_pressure(S::from(0.0))
         } else {
@@ -63,13 +61,13 @@ impl Kernel<23, 3> for WallLoad {
         }
         // the outward normal of the upper side stands to the left of the way from the nose
         let cp = cp * self.side.sign();
-        [(force_y * cos - force_x * sin) * cp, moment * cp, (force_x * cos + force_y * sin) * cp]
+        [(force_y * cos - force_x * sin) * cp, moment * cp]
     }
 }
 
-/// Adds the loads of all wall stations to the targets that `target` gives for lift, moment and drag.
+/// Adds the loads of all wall stations to the targets that `target` gives for lift and moment.
 pub(super) fn wall_loads(grid: &Grid, pass: &mut impl Pass, target: impl Fn(usize) -> Target) {
-    let targets = [LIFT, MOMENT, WALL_DRAG].map(target);
+    let targets = [LIFT, MOMENT].map(target);
     let nose = grid.stations.nose();
     let count = grid.stations.fractions.len();
     for side in Side::BOTH {

@@ -3,6 +3,7 @@
 use super::adjoint::derivatives;
 use super::gas::Flow;
 use super::geometry::Geometry;
+use super::kept::Base;
 use super::kernel::Kernel;
 use super::numbering::{ALPHA, SPEED, STAGNATION, Sheet, Unknowns};
 use super::outputs::{
@@ -16,7 +17,7 @@ use crate::flow::field::{FieldBlock, FlowField};
 use crate::flow::layer::{Derived, EdgeLaw, Regime, Side, State};
 use crate::flow::panel::{LAMINAR_REVERSED, Nodes, TURBULENT_REVERSED};
 use crate::flow::solution::{Distributions, Record, StationFlow};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// A solution of the streamtube solver, or the last state of one that was not found.
 #[derive(Debug)]
@@ -30,6 +31,8 @@ pub(super) struct StreamtubeRecord {
     peaks: [Peak; 2],
     geometry: Option<Geometry<f64>>,
     flow: Flow<f64>,
+    /// Where the factors of the last steps to the solution were made.
+    pub base: Option<Arc<Base>>,
     derivatives: OnceLock<Option<[Derivatives; OUTPUTS]>>,
 }
 
@@ -61,7 +64,7 @@ impl StreamtubeRecord {
         });
         let mut outputs = residuals.map_or([f64::NAN; OUTPUTS], |r| r.outputs);
         outputs[LOWEST_PRESSURE] = lowest([peaks[0].value, peaks[1].value]).0;
-        Self { problem, unknowns, nodes, outputs, peaks, geometry, flow, derivatives: OnceLock::new() }
+        Self { problem, unknowns, nodes, outputs, peaks, geometry, flow, base: None, derivatives: OnceLock::new() }
     }
 
     /// Lowest pressures of both sides.
@@ -236,7 +239,7 @@ impl StreamtubeRecord {
     /// Exact derivatives of all outputs at fixed angle of attack with respect to the nodes as they were given.
     fn derivatives(&self) -> Option<&[Derivatives; OUTPUTS]> {
         let find = || {
-            let inside = derivatives(&self.problem, &self.unknowns, &self.peaks)?;
+            let inside = derivatives(&self.problem, &self.unknowns, self.base.as_ref(), &self.peaks)?;
             Some(inside.map(|by| self.nodes.frame.pull_back(&self.nodes.given, by)))
         };
         self.derivatives.get_or_init(find).as_ref()

@@ -10,7 +10,7 @@ use std::ops::Range;
 const PAD: usize = 8;
 
 /// A length of rows that holds `count` numbers.
-pub(super) fn padded(count: usize) -> usize {
+pub(super) const fn padded(count: usize) -> usize {
     count.next_multiple_of(PAD)
 }
 
@@ -54,21 +54,20 @@ impl Combination<'_> {
     fn tile<S: Simd, const N: usize, const V: usize>(&mut self, simd: S, row: usize, place: usize) {
         let width = V * S::F64_LANES;
         let offset = place * S::F64_LANES;
-        let (from, source_from) = (self.columns.start + offset, self.source_from + offset);
-        let own: [&[f64]; N] = std::array::from_fn(|r| &self.rows[(row + r) * self.stride..][..self.stride]);
+        let (from, stride, count) = (self.columns.start + offset, self.source_stride, self.factors.count());
+        let source = &self.source[self.source_from + offset..];
         let factors: [&[f64]; N] = match &self.factors {
-            Multiples::Inside(columns) => own.map(|own| &own[columns.clone()]),
-            Multiples::Apart(values, stride, count) => std::array::from_fn(|r| &values[(row + r) * stride..][..*count]),
+            Multiples::Inside(columns) => {
+                std::array::from_fn(|r| &self.rows[(row + r) * self.stride + columns.start..][..count])
+            }
+            Multiples::Apart(values, stride, _) => std::array::from_fn(|r| &values[(row + r) * stride..][..count]),
         };
-        let mut sums: [[S::f64s; V]; N] = own.map(|own| {
-            let vectors = S::as_simd_f64s(&own[from..from + width]).0;
-            std::array::from_fn(|v| vectors[v])
-        });
-        for (k, source) in self.source.chunks(self.source_stride).take(self.factors.count()).enumerate() {
-            let vectors = S::as_simd_f64s(&source[source_from..source_from + width]).0;
+        let mut sums = [[simd.splat_f64s(0.0); V]; N];
+        for k in 0..count {
+            let vectors = S::as_simd_f64s(&source[k * stride..][..width]).0;
             let vectors: [S::f64s; V] = std::array::from_fn(|v| vectors[v]);
             for r in 0..N {
-                let factor = simd.splat_f64s(-factors[r][k]);
+                let factor = simd.splat_f64s(factors[r][k]);
                 for v in 0..V {
                     sums[r][v] = simd.mul_add_e_f64s(factor, vectors[v], sums[r][v]);
                 }
@@ -76,7 +75,9 @@ impl Combination<'_> {
         }
         for r in 0..N {
             let own = &mut self.rows[(row + r) * self.stride + from..][..width];
-            S::as_mut_simd_f64s(own).0.copy_from_slice(&sums[r]);
+            for (own, sum) in S::as_mut_simd_f64s(own).0.iter_mut().zip(sums[r]) {
+                *own = simd.sub_f64s(*own, sum);
+            }
         }
     }
 
@@ -85,6 +86,11 @@ impl Combination<'_> {
     fn band<S: Simd, const N: usize>(&mut self, simd: S, row: usize) {
         let count = self.columns.len() / S::F64_LANES;
         let mut place = 0;
+        // processors with the widest vectors have twice as many of them
+        while S::F64_LANES == PAD && place + 4 <= count {
+            self.tile::<S, N, 4>(simd, row, place);
+            place += 4;
+        }
         while place + 2 <= count {
             self.tile::<S, N, 2>(simd, row, place);
             place += 2;
@@ -106,18 +112,14 @@ impl WithSimd for Combination<'_> {
             self.band::<S, 4>(simd, row);
             row += 4;
         }
+        if row + 2 <= count {
+            self.band::<S, 2>(simd, row);
+            row += 2;
+        }
         while row < count {
             self.band::<S, 1>(simd, row);
             row += 1;
         }
-    }
-}
-
-/// Subtracts `factor` times a row from another.
-#[inline(always)]
-pub(super) fn subtract_row(row: &mut [f64], factor: f64, other: &[f64]) {
-    for (value, other) in row.iter_mut().zip(other) {
-        *value -= factor * other;
     }
 }
 

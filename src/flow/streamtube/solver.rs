@@ -5,7 +5,9 @@ use super::follow::Following;
 use super::gas::Parameters;
 use super::grading::Stations;
 use super::guess::{Guessing, SHIFT, USUAL_TRANSITION, turning_of_trips};
-use super::newton::{Ended, Limits, solve, solve_near};
+use super::kept::Base;
+use super::limits::Limits;
+use super::newton::{Ended, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::record::StreamtubeRecord;
 use super::refine::carried_over;
@@ -146,7 +148,8 @@ impl StreamtubeSection {
         let near = record.and_then(|record| self.continued(condition, record, &mut attempts));
         let found = near.unwrap_or_else(|| self.climbed(condition, &mut attempts));
         let Found { problem, unknowns, ended } = found;
-        let record = StreamtubeRecord::new(problem, unknowns, self.panels.nodes.clone());
+        let mut record = StreamtubeRecord::new(problem, unknowns, self.panels.nodes.clone());
+        record.base.clone_from(&ended.base);
         let coefficients = record.coefficients();
         let cd_friction = record.friction_drag();
         Solution {
@@ -211,7 +214,9 @@ impl StreamtubeSection {
         }
         let mut unknowns = record.unknowns.clone();
         let limits = self.last();
-        let ended = solve_near(&problem, old, &mut unknowns, &limits);
+        let base =
+            record.base.clone().unwrap_or_else(|| Arc::new(Base { problem: old.clone(), unknowns: unknowns.clone() }));
+        let ended = solve_near(&problem, old, &base, &mut unknowns, &limits);
         if ended.converged && self.misplaced(&problem, &unknowns).is_none() {
             return Some(Found { problem, unknowns, ended });
         }

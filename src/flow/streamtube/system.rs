@@ -45,12 +45,6 @@ impl<S: Scalar> Residuals<S> {
         }
     }
 
-    /// Room for nothing.
-    fn none() -> Self {
-        let zero = S::from(0.0);
-        Self { stations: Vec::new(), globals: [zero; GLOBALS], outputs: [zero; OUTPUTS] }
-    }
-
     #[inline(always)]
     pub fn add(&mut self, row: Row, value: S) {
         match row {
@@ -216,11 +210,8 @@ impl Pass for Linearisation<'_> {
         inputs: [Input; N],
         targets: [Target; M],
     ) {
-        let mut x = [Tangent::<N>::from_re(0.0); N];
-        for (k, input) in inputs.into_iter().enumerate() {
-            x[k] = Tangent::from_re(self.numbers.read(input)).derivative(k);
-        }
-        let results = kernel.evaluate::<Tangent<N>, f64>(x, self.flow);
+        let x = inputs.map(|input| self.numbers.read(input));
+        let results = kernel.evaluate::<Tangent<N>, f64>(Tangent::variables(x), self.flow);
         for (result, target) in results.iter().zip(targets) {
             let Some((row, factor)) = target else { continue };
             self.residuals.add(row, result.re * factor);
@@ -229,10 +220,9 @@ impl Pass for Linearisation<'_> {
                 Row::Station(place) => {
                     scatter(moves, geometry, &mut self.band.equation(place), &inputs, &result.eps, factor);
                 }
-                Row::Global(g) => scatter(moves, geometry, &mut self.band.further(g), &inputs, &result.eps, factor),
-                Row::Output(k) => {
-                    scatter(moves, geometry, &mut self.band.further(GLOBALS + k), &inputs, &result.eps, factor);
-                }
+                Row::Global(g) => scatter(moves, geometry, &mut self.band.global(g), &inputs, &result.eps, factor),
+                // the system has no rows for outputs
+                Row::Output(_) => {}
             }
         }
     }
@@ -245,24 +235,6 @@ pub(super) struct Linearised {
     pub band: Band,
     /// Areas of all tubes, interval by interval.
     pub areas: Vec<f64>,
-    geometry: Geometry<f64>,
-    moves: Moves,
-}
-
-impl Linearised {
-    /// Adds further terms, at the same unknowns.
-    pub fn add(&mut self, problem: &Problem, unknowns: &Unknowns, terms: impl Fn(&mut Linearisation)) {
-        let flow = problem.flow();
-        let mut pass = Linearisation {
-            numbers: Numbers { geometry: &self.geometry, unknowns },
-            moves: &self.moves,
-            flow: &flow,
-            residuals: std::mem::replace(&mut self.residuals, Residuals::none()),
-            band: &mut self.band,
-        };
-        terms(&mut pass);
-        self.residuals = pass.residuals;
-    }
 }
 
 impl Problem {
@@ -347,15 +319,21 @@ impl Problem {
     /// The system linearised at unknowns.
     #[cfg(test)]
     pub fn linearise(&self, unknowns: &Unknowns) -> Option<Linearised> {
-        self.linearise_in(Band::new(&self.grid, OUTPUTS), unknowns)
+        self.linearise_in(Band::new(&self.grid), unknowns)
     }
 
     /// The system linearised at unknowns in `band`, which holds zeros.
-    pub fn linearise_in(&self, band: Band, unknowns: &Unknowns) -> Option<Linearised> {
+    pub fn linearise_in(&self, mut band: Band, unknowns: &Unknowns) -> Option<Linearised> {
         let (geometry, moves) = (self.geometry(unknowns)?, self.moves(unknowns)?);
-        let (residuals, areas) = (Residuals::zeros(&self.grid), self.areas(&geometry));
-        let mut at = Linearised { residuals, band, areas, geometry, moves };
-        at.add(self, unknowns, |pass| self.equations().pass(pass));
-        Some(at)
+        let flow = self.flow();
+        let mut pass = Linearisation {
+            numbers: Numbers { geometry: &geometry, unknowns },
+            moves: &moves,
+            flow: &flow,
+            residuals: Residuals::zeros(&self.grid),
+            band: &mut band,
+        };
+        self.equations().pass(&mut pass);
+        Some(Linearised { residuals: pass.residuals, band, areas: self.areas(&geometry) })
     }
 }

@@ -1,244 +1,213 @@
-//! The transposed system: multipliers of all equations for rows that depend on all unknowns.
+//! Multipliers of all equations, with which they add up to the derivatives of the outputs.
 //!
-//! Elimination leaves in every block what the multipliers of its equations are for given multipliers upstream. What the
-//! multipliers leave of the transposed equations is checked; where round-off has taken too much they are corrected, and where
-//! that does not help there are none.
+//! The exact derivatives are kept term by term. Factors of a system close to the exact one, those of the last step of
+//! Newton's method, are corrected with them: every correction lowers what the multipliers leave of their equations as far as
+//! all corrections together can, output by output.
 
 use super::band::Band;
-use super::block::Block;
-use super::dense::PUT_OFF;
+use super::local::{Lanes, Local, Slots};
+use super::moves::Moves;
 use super::numbering::GLOBALS;
-use super::rows::{Combination, Entry, Multiples, padded, subtract_row};
-use crate::flow::linear::Factors;
+use super::outputs::OUTPUTS;
+use super::rows::{Combination, Multiples, padded};
+use super::strips::{Source, Strip, put_strips};
+use crate::flow::linear::{Factors, add_scaled};
 use nalgebra::DMatrix;
 
-/// Largest residual of multipliers, over that of none.
-const TOLERANCE: f64 = 1e-9;
-/// Largest number of corrections.
-const CORRECTIONS: usize = 2;
+// lists of one number for every output are as wide as the products of matrices take them
+const _: () = assert!(OUTPUTS == padded(OUTPUTS));
 
-/// Lists of `width` numbers for every equation of every block, those along the tubes last, and for the global equations.
-type Lists = Vec<Vec<f64>>;
+/// Residual of multipliers that is aimed at, and the largest one, over that of none.
+const TOLERANCE: [f64; 2] = [1e-10, 1e-9];
+/// Largest number of further corrections that are expected to be enough; new factors cost as much.
+const EXPECTED: f64 = 5.0;
+/// Number of corrections before that is judged.
+const TRIED: usize = 3;
 
-/// Multipliers of the equations of all stations and of the global ones; a column for every further row.
-#[derive(Debug, Clone)]
-pub(super) struct Multipliers {
-    pub stations: Vec<DMatrix<f64>>,
-    pub globals: DMatrix<f64>,
+/// Multipliers of all equations, and the derivatives of the outputs with respect to all that the terms read, at the
+/// multipliers.
+pub(super) struct Adjoint {
+    /// Weights of all equations: their negative multipliers.
+    pub weights: Vec<Lanes>,
+    pub sums: Vec<Lanes>,
 }
 
-/// The coefficients of all unknowns before elimination has overwritten them.
-struct Kept {
-    rows: Vec<Vec<f64>>,
-    lower: Vec<Vec<f64>>,
+/// A correction of the weights, and what it changes of the residuals.
+struct Correction {
+    change: Vec<Lanes>,
+    effect: Vec<Lanes>,
 }
 
-/// Multipliers of all equations for every further row: the solutions of the transposed system whose right-hand sides are
-/// the derivatives of these rows. The system is factorised. The global unknown `held` stands alone in its equation, whatever
-/// the equation was before. The result is `None` where the system is singular, or so nearly that the multipliers do not fulfil
-/// their equations.
-pub(super) fn multipliers(band: &mut Band, held: usize) -> Option<Multipliers> {
-    let kept = Kept {
-        rows: band.blocks.iter().map(|block| block.rows.clone()).collect(),
-        lower: band.blocks.iter().map(|block| block.lower.clone()).collect(),
-    };
-    if !band.factorise_all() {
-        return None;
-    }
-    let width = padded(band.corner.ncols() - GLOBALS);
-    let mut solution = solved(band, held, width)?;
-    let (mut residual, norms) = {
-        let right = right_hand_sides(band, &kept, width);
-        let norms = squares(&right, width);
-        (right, norms)
-    };
-    subtract_product(band, &kept, held, &solution, &mut residual, width);
-    for _ in 0..CORRECTIONS {
-        if is_small(&residual, &norms, width) {
+/// The weights of all equations with which nothing is left of the derivatives of the outputs with respect to the unknowns.
+/// `band` is factorised near the flow whose derivatives are `local`. The global unknown `held` stands alone in its
+/// equation. The result is `None` where the weights do not become as good as they have to be.
+pub(super) fn adjoint(band: &Band, local: &Local, moves: &Moves, held: usize) -> Option<Adjoint> {
+    let mut weights = vec![[0.0; OUTPUTS]; local.slots.unknowns()];
+    let mut sums = local.weighed(&weights, true);
+    let mut residual = local.by_unknowns(moves, &sums);
+    let norms = products(&residual, &residual);
+    let mut corrections: Vec<Correction> = Vec::new();
+    let mut left = f64::INFINITY;
+    while !is_small(&residual, &norms, TOLERANCE[0]) {
+        let before = std::mem::replace(&mut left, share_left(&residual, &norms));
+        let further = (TOLERANCE[0] / left).ln() / (left / before).ln();
+        // written so that NaN ends it
+        if corrections.len() >= TRIED && !(left < before && further <= EXPECTED) {
             break;
         }
-        restore(band, &kept, &residual, width);
-        if !band.factorise_all() {
-            return None;
-        }
-        let change = solved(band, held, width)?;
-        subtract_product(band, &kept, held, &change, &mut residual, width);
-        for (own, change) in solution.iter_mut().flatten().zip(change.iter().flatten()) {
-            *own += change;
-        }
+        let change = band.multipliers(&residual, held, &local.slots)?;
+        let effect = local.by_unknowns(moves, &local.weighed(&change, false));
+        let mut own = Correction { change, effect };
+        own.orthogonalise(&corrections);
+        let share = products(&residual, &own.effect).map(|s| -s);
+        combine(&mut residual, share, &own.effect);
+        combine(&mut weights, share, &own.change);
+        corrections.push(own);
     }
-    if !is_small(&residual, &norms, width) {
-        return None;
-    }
-    Some(by_station(band, &solution, width))
+    // what the corrections are believed to have left may have lost digits on the way
+    sums = local.weighed(&weights, true);
+    is_small(&local.by_unknowns(moves, &sums), &norms, TOLERANCE[1]).then_some(Adjoint { weights, sums })
 }
 
-/// Sums of squares of all lists.
-fn squares(lists: &Lists, width: usize) -> Vec<f64> {
-    let mut sums = vec![0.0; width];
-    for list in lists.iter().flat_map(|lists| lists.chunks(width)) {
-        sums.iter_mut().zip(list).for_each(|(sum, value)| *sum += value * value);
+/// The largest residual over that of none.
+fn share_left(residual: &[Lanes], norms: &Lanes) -> f64 {
+    let shares = products(residual, residual).into_iter().zip(norms).filter(|(_, norm)| **norm > 0.0);
+    shares
+        .map(|(left, norm)| left / norm)
+        .fold(0.0f64, |worst, share| if share <= worst { worst } else { share })
+        .sqrt()
+}
+
+fn is_small(residual: &[Lanes], norms: &Lanes, tolerance: f64) -> bool {
+    // written so that NaN is not
+    products(residual, residual).iter().zip(norms).all(|(left, norm)| *left <= tolerance * tolerance * norm)
+}
+
+impl Correction {
+    /// Makes the effect one of unit length that stands upright on those of other corrections.
+    fn orthogonalise(&mut self, others: &[Self]) {
+        for other in others {
+            let share = products(&self.effect, &other.effect).map(|s| -s);
+            combine(&mut self.effect, share, &other.effect);
+            combine(&mut self.change, share, &other.change);
+        }
+        // an output that needs no correction has none
+        let scale = products(&self.effect, &self.effect).map(|s| if s == 0.0 { 0.0 } else { s.sqrt().recip() });
+        for lanes in self.effect.iter_mut().chain(&mut self.change) {
+            lanes.iter_mut().zip(scale).for_each(|(lane, scale)| *lane *= scale);
+        }
+    }
+}
+
+/// Scalar products of lists, lane by lane.
+fn products(one: &[Lanes], other: &[Lanes]) -> Lanes {
+    let mut sums = [0.0; OUTPUTS];
+    for (one, other) in one.iter().zip(other) {
+        for (sum, (a, b)) in sums.iter_mut().zip(one.iter().zip(other)) {
+            *sum += a * b;
+        }
     }
     sums
 }
 
-fn is_small(residual: &Lists, norms: &[f64], width: usize) -> bool {
-    // written so that NaN is not
-    squares(residual, width).iter().zip(norms).all(|(own, norm)| *own <= TOLERANCE * TOLERANCE * norm)
-}
-
-/// The derivatives of the further rows: a list for every unknown.
-fn right_hand_sides(band: &Band, kept: &Kept, width: usize) -> Lists {
-    let further = band.corner.ncols() - GLOBALS;
-    let of_block = |(block, rows): (&Block, &Vec<f64>)| {
-        let layout = block.layout;
-        let mut list = vec![0.0; layout.size() * width];
-        for (list, row) in list.chunks_mut(width).zip(rows.chunks(layout.stride())) {
-            list[..further].copy_from_slice(&row[layout.border() + GLOBALS..][..further]);
-        }
-        list
-    };
-    let mut lists: Lists = band.blocks.iter().zip(&kept.rows).map(of_block).collect();
-    let mut globals = vec![0.0; GLOBALS * width];
-    for (g, list) in globals.chunks_mut(width).enumerate() {
-        (0..further).for_each(|k| list[k] = band.corner[(g, GLOBALS + k)]);
-    }
-    lists.push(globals);
-    lists
-}
-
-/// Brings the coefficients back, with other derivatives of the further rows.
-fn restore(band: &mut Band, kept: &Kept, right: &Lists, width: usize) {
-    let further = band.corner.ncols() - GLOBALS;
-    for (i, block) in band.blocks.iter_mut().enumerate() {
-        let layout = block.layout;
-        block.rows.copy_from_slice(&kept.rows[i]);
-        block.lower.copy_from_slice(&kept.lower[i]);
-        for (row, list) in block.rows.chunks_mut(layout.stride()).zip(right[i].chunks(width)) {
-            row[layout.border() + GLOBALS..][..further].copy_from_slice(&list[..further]);
-        }
-    }
-    for (g, list) in right[band.blocks.len()].chunks(width).enumerate() {
-        (0..further).for_each(|k| band.corner[(g, GLOBALS + k)] = list[k]);
-    }
-}
-
-/// The multipliers by the factors, with the derivatives of the further rows that were factorised.
-fn solved(band: &Band, held: usize, width: usize) -> Option<Lists> {
-    let further = band.corner.ncols() - GLOBALS;
-    let mut schur = band.closing.columns(0, GLOBALS).into_owned();
-    schur.column_mut(held).fill(0.0);
-    schur[(held, held)] = 1.0;
-    let mut globals = band.closing.columns(GLOBALS, further).into_owned();
-    Factors::new(&schur)?.solve(&mut globals);
-    let mut of_globals = vec![0.0; GLOBALS * width];
-    for (g, list) in of_globals.chunks_mut(width).enumerate() {
-        (0..further).for_each(|k| list[k] = globals[(g, k)]);
-    }
-    let mut felt = of_globals.clone();
-    felt[held * width..][..width].fill(0.0);
-    let mut lists: Lists = Vec::with_capacity(band.blocks.len() + 1);
-    for block in &band.blocks {
-        let layout = block.layout;
-        let (stride, border) = (layout.stride(), layout.border());
-        let mut own = vec![0.0; layout.size() * width];
-        for (list, row) in own.chunks_mut(width).zip(block.rows.chunks(stride)) {
-            list[..further].copy_from_slice(&row[border + GLOBALS..][..further]);
-        }
-        subtract(&mut own, (&block.rows[border..], stride, GLOBALS), &felt, width);
-        if let Some(before) = lists.last() {
-            subtract(&mut own, (&block.rows[layout.next()..], stride, layout.ahead + PUT_OFF), before, width);
-        }
-        lists.push(own);
-    }
-    lists.push(of_globals);
-    Some(lists)
-}
-
-/// Subtracts combinations of lists from other lists, with the first numbers of rows as factors.
-fn subtract(lists: &mut [f64], (rows, stride, count): (&[f64], usize, usize), source: &[f64], width: usize) {
-    let product = Combination {
-        rows: lists,
-        stride: width,
-        factors: Multiples::Apart(rows, stride, count),
-        columns: 0..width,
-        source,
-        source_stride: width,
-        source_from: 0,
-    };
-    product.subtract();
-}
-
-/// Subtracts what multipliers make of the equations from lists for all unknowns.
-fn subtract_product(band: &Band, kept: &Kept, held: usize, lists: &Lists, from: &mut Lists, width: usize) {
-    let count = band.blocks.len();
-    let globals = &lists[count];
-    let mut felt = globals.clone();
-    felt[held * width..][..width].fill(0.0);
-    for (i, block) in band.blocks.iter().enumerate() {
-        let layout = block.layout;
-        let (stride, rows) = (layout.stride(), &kept.rows[i]);
-        let own = &lists[i];
-        subtract(&mut from[i], (rows, stride, layout.kept), own, width);
-        if i > 0 {
-            subtract(&mut from[i], (&rows[layout.next()..], stride, layout.ahead), &lists[i - 1], width);
-        }
-        subtract(&mut from[i], (&rows[layout.border()..], stride, GLOBALS), &felt, width);
-        let (others, tubes) = own.split_at(layout.tube(0) * width);
-        subtract_of_tubes(band, i, tubes, from, width);
-        let lower = (layout.lower_stride(), layout.kept);
-        if i > 0 {
-            let upstream = &mut from[i - 1][..layout.ahead * width];
-            subtract(upstream, (&kept.lower[i], lower.0, lower.1), others, width);
-        }
-        let first = &kept.lower[i][layout.globals() * lower.0..];
-        subtract(&mut from[count], (first, lower.0, lower.1), others, width);
-        subtract(&mut from[count], (&block.by_globals, layout.tubes, layout.tubes), tubes, width);
-    }
-    for g in 0..GLOBALS {
-        let multipliers = &globals[g * width..][..width];
-        for c in 0..GLOBALS {
-            let alone = f64::from(u8::from(c == g));
-            let factor = if g == held { alone } else { band.corner[(c, g)] };
-            subtract_row(&mut from[count][c * width..][..width], factor, multipliers);
+/// Adds a list times a factor for every lane.
+fn combine(sums: &mut [Lanes], factors: Lanes, list: &[Lanes]) {
+    for (sum, list) in sums.iter_mut().zip(list) {
+        for (sum, (factor, value)) in sum.iter_mut().zip(factors.iter().zip(list)) {
+            *sum += factor * value;
         }
     }
 }
 
-/// Subtracts what the multipliers of the equations along the tubes of a block make of them.
-fn subtract_of_tubes(band: &Band, i: usize, tubes: &[f64], from: &mut Lists, width: usize) {
-    let block = &band.blocks[i];
-    let multipliers = |tube: usize| &tubes[tube * width..][..width];
-    let few = |entries: &[Entry], to: &mut [f64]| {
-        for entry in entries {
-            let row = &mut to[entry.row as usize * width..][..width];
-            subtract_row(row, entry.value, multipliers(entry.column as usize));
+/// Lists of numbers for every row of every block, those along the tubes last, and for the global ones.
+type Lists = Vec<Vec<f64>>;
+
+impl Band {
+    /// The multipliers with which all equations add up to given rows, which hold a list for every unknown, by the factors.
+    /// The global unknown `held` stands alone in its equation, whatever the equation was before.
+    pub fn multipliers(&self, rows: &[Lanes], held: usize, slots: &Slots) -> Option<Vec<Lanes>> {
+        let (mut stations, mut globals) = self.by_blocks(rows, slots);
+        let lower = self.solve_downstream(&mut stations);
+        let first = &self.blocks[0];
+        let layout = first.layout;
+        add_scaled(&mut globals, 1.0, &lower[layout.globals() * OUTPUTS..][..GLOBALS * OUTPUTS]);
+        let of_globals = &first.lower[layout.globals() * layout.lower_stride()..];
+        let factors = Multiples::Apart(of_globals, layout.lower_stride(), layout.kept + first.taken);
+        subtract(&mut globals, factors, &stations[0]);
+        let mut schur = self.closing.clone();
+        schur.column_mut(held).fill(0.0);
+        schur[(held, held)] = 1.0;
+        let mut solved = DMatrix::from_row_slice(GLOBALS, OUTPUTS, &globals);
+        Factors::new(&schur)?.solve(&mut solved);
+        globals.copy_from_slice(solved.transpose().as_slice());
+        let mut felt = globals.clone();
+        felt[held * OUTPUTS..][..OUTPUTS].fill(0.0);
+        for (i, block) in self.blocks.iter().enumerate() {
+            let layout = block.layout;
+            let (before, own) = stations.split_at_mut(i);
+            let of = |column: usize, count: usize| Multiples::Apart(&block.rows[column..], layout.stride(), count);
+            subtract(&mut own[0], of(layout.border(), GLOBALS), &felt);
+            if let Some(before) = before.last() {
+                subtract(&mut own[0], of(layout.next(), layout.ahead + block.put_off()), before);
+            }
         }
-    };
-    few(&block.by_tube, &mut from[i]);
-    for (k, entries) in block.upstream.iter().enumerate().take(i) {
-        few(entries, &mut from[i - 1 - k]);
+        Some(self.by_stations(&stations, &globals, slots))
     }
-    for (k, factors) in [&block.diagonal].into_iter().chain(&block.speeds).enumerate().take(i) {
-        let first = band.blocks[i - k].layout.tube(0) * width;
-        for (tube, row) in from[i - k][first..].chunks_mut(width).enumerate() {
-            subtract_row(row, factors[tube], multipliers(tube));
+
+    /// Solves with the parts of the stations from the wake upstream. The result is what has become of the rows of unknowns
+    /// that belong to no station.
+    fn solve_downstream(&self, lists: &mut Lists) -> Vec<f64> {
+        let (mut left, mut lower) = (Vec::new(), Vec::new());
+        for (i, block) in self.blocks.iter().enumerate().rev() {
+            let (upstream, done) = lists.split_at_mut(i + 1);
+            let own = &mut upstream[i];
+            let mut own_lower = vec![0.0; block.layout.lower_rows() * OUTPUTS];
+            if let (Some(behind), Some(solved)) = (self.blocks.get(i + 1), done.first()) {
+                own[block.layout.kept * OUTPUTS..][..left.len()].copy_from_slice(&left);
+                let [source, known] = [solved, &lower].map(|rows| Source { rows, stride: OUTPUTS, from: 0 });
+                let strip = |rows| Strip { rows, stride: OUTPUTS, columns: 0..OUTPUTS };
+                put_strips(behind, block.layout, [strip(own), strip(&mut own_lower)], source, Some(known));
+            }
+            left = block.solve_lists(own, OUTPUTS);
+            lower = own_lower;
         }
+        lower
+    }
+
+    /// Lists for the rows of all blocks and for the global unknowns, from those in the order of the unknowns.
+    fn by_blocks(&self, lists: &[Lanes], slots: &Slots) -> (Lists, Vec<f64>) {
+        let block = |i: usize| {
+            let layout = self.blocks[i].layout;
+            let mut own = vec![0.0; layout.size() * OUTPUTS];
+            own[..layout.kept * OUTPUTS].copy_from_slice(lists[slots.station(i)][..layout.kept].as_flattened());
+            if i > 0 {
+                let speeds = &lists[slots.station(i - 1)][self.kept[i - 1]..];
+                own[layout.tube(0) * OUTPUTS..].copy_from_slice(speeds.as_flattened());
+            }
+            own
+        };
+        ((0..self.blocks.len()).map(block).collect(), lists[slots.globals()].as_flattened().to_vec())
+    }
+
+    /// Lists in the order of the equations of the stations.
+    fn by_stations(&self, stations: &Lists, globals: &[f64], slots: &Slots) -> Vec<Lanes> {
+        let mut lists = vec![[0.0; OUTPUTS]; slots.unknowns()];
+        for (i, own) in stations.iter().enumerate() {
+            let layout = self.blocks[i].layout;
+            let kept = &mut lists[slots.station(i)][..layout.kept];
+            kept.as_flattened_mut().copy_from_slice(&own[..layout.kept * OUTPUTS]);
+            if i > 0 {
+                let speeds = &mut lists[slots.station(i - 1)][self.kept[i - 1]..];
+                speeds.as_flattened_mut().copy_from_slice(&own[layout.tube(0) * OUTPUTS..]);
+            }
+        }
+        lists[slots.globals()].as_flattened_mut().copy_from_slice(globals);
+        lists
     }
 }
 
-/// The multipliers in the order of the equations of the stations.
-fn by_station(band: &Band, lists: &Lists, width: usize) -> Multipliers {
-    let further = band.corner.ncols() - GLOBALS;
-    let matrix =
-        |list: &[f64]| DMatrix::from_row_slice(list.len() / width, width, list).columns(0, further).into_owned();
-    let count = band.blocks.len();
-    let station = |i: usize| {
-        let mut own = lists[i][..band.kept[i] * width].to_vec();
-        if i + 1 < count {
-            own.extend_from_slice(&lists[i + 1][band.blocks[i + 1].layout.tube(0) * width..]);
-        }
-        matrix(&own)
-    };
-    Multipliers { stations: (0..count).map(station).collect(), globals: matrix(&lists[count]) }
+/// Subtracts combinations of lists from other lists.
+fn subtract(rows: &mut [f64], factors: Multiples, source: &[f64]) {
+    let (stride, columns) = (OUTPUTS, 0..OUTPUTS);
+    Combination { rows, stride, factors, columns, source, source_stride: stride, source_from: 0 }.subtract();
 }
