@@ -9,7 +9,7 @@ use std::fs;
 fn a_failure_is_a_json_object_too() {
     let folder = folder();
     // the flow about the start is supersonic, which the panel solver does not take
-    let case = fs::read_to_string("validation/cases/naca0024-cubic-m07.toml").unwrap();
+    let case = fs::read_to_string("validation/cases/naca0024-cubic.toml").unwrap();
     fs::write(folder.path().join("fast.toml"), case.replace("\"streamtube\"", "\"panel\"")).unwrap();
     let output = aeroform(&["evaluate", "fast.toml", "--json"], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
@@ -80,7 +80,7 @@ fn progress_is_a_line_an_iteration_and_events_are_lines_of_json() {
 #[test]
 fn the_summary_shows_start_and_end_and_names_bounds_of_variables() {
     let folder = folder();
-    let case = text(&aeroform(&["cases", "naca0024-linear"], folder.path()).stdout);
+    let case = text(&aeroform(&["cases", "naca0024-linear-m02"], folder.path()).stdout);
     fs::write(folder.path().join("case.toml"), case).unwrap();
     let output = aeroform(&["run", "case.toml", "--quiet", "--out", "out"], folder.path());
     let summary = text(&output.stdout);
@@ -327,7 +327,7 @@ fn a_run_that_fails_at_its_start_shows_what_is_known() {
 #[test]
 fn polars_of_a_run_show_moment_glide_ratio_and_transition() {
     let folder = folder();
-    let run = ["run", "naca0024-linear", "--max-evaluations", "3", "--out", "out"];
+    let run = ["run", "naca0024-linear-m02", "--max-evaluations", "3", "--out", "out"];
     aeroform(&run, folder.path());
     let figure = fs::read_to_string(folder.path().join("out/polars.svg")).unwrap();
     for label in ["CD, counts", "Cm (c/4)", "CL/CD", "transition x/c, upper side", "transition x/c, lower side"] {

@@ -385,7 +385,7 @@ fn signals_end_a_run_with_everything_written() {
 fn any_design_vector_is_exported() {
     let folder = folder();
     fs::write(folder.path().join("at.json"), "\u{feff}{\"dy[1,1]\": -0.07}").unwrap();
-    let evaluate = ["evaluate", "naca0024-linear", "--json", "--export", "design"];
+    let evaluate = ["evaluate", "naca0024-linear-m02", "--json", "--export", "design"];
     let output = aeroform(&evaluate, folder.path());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let file = |name: &str| fs::read_to_string(folder.path().join("design").join(name)).unwrap();

@@ -25,9 +25,9 @@ struct Published {
 const PUBLISHED: [Published; 5] = [
     Published { case: "kulfan-5x5", iterations: 50, evaluations: 70, drag: 0.0075, lift: 0.001 },
     Published { case: "kulfan-7x5", iterations: 50, evaluations: 75, drag: 0.0075, lift: 0.001 },
-    Published { case: "naca0024-linear", iterations: 50, evaluations: 45, drag: f64::NAN, lift: 0.0 },
-    Published { case: "naca0024-cubic", iterations: 50, evaluations: 38, drag: f64::NAN, lift: 0.0 },
-    Published { case: "naca0024-quartic", iterations: 28, evaluations: 20, drag: f64::NAN, lift: 0.0 },
+    Published { case: "naca0024-linear-m02", iterations: 50, evaluations: 45, drag: f64::NAN, lift: 0.0 },
+    Published { case: "naca0024-cubic-m02", iterations: 50, evaluations: 38, drag: f64::NAN, lift: 0.0 },
+    Published { case: "naca0024-quartic-m02", iterations: 28, evaluations: 20, drag: f64::NAN, lift: 0.0 },
 ];
 
 fn method(limits: Limits) -> Sqp {
@@ -227,7 +227,7 @@ impl Problem for Differenced {
 fn differences() -> Result<Sheet, Failure> {
     let mut sheet = Sheet::new(
         "Exact against finite-difference gradients",
-        "The case naca0024-quartic (10 variables) by the same optimiser, once with exact gradients and once with forward\n\
+        "The case naca0024-quartic-m02 (10 variables) by the same optimiser, once with exact gradients and once with forward\n\
          differences of 1e-4 of a scaled variable, at most 60 iterations.",
     );
     let mut figures = Table::new([
@@ -240,7 +240,7 @@ fn differences() -> Result<Sheet, Failure> {
         ("status", Align::Left),
     ]);
     let limits = Limits { evaluations: 300, iterations: 60 };
-    let problem = Case::open("naca0024-quartic")?.problem;
+    let problem = Case::open("naca0024-quartic-m02")?.problem;
     let mut exact = problem.clone();
     let by_exact = minimise(&mut exact, limits)?;
     let mut differenced = Differenced { problem: problem.clone(), analyses: 0 };
@@ -280,7 +280,7 @@ fn gradients(quick: bool) -> Result<Sheet, Failure> {
         "Every quantity by every variable a little off the start: two automatic routes, and extrapolated finite differences\n\
          with their own estimate (the flow's part of both routes is its adjoint).",
     );
-    let all = ["naca0024-cubic", "parametric", "kulfan-5x5", "multipoint", "kulfan-7x5"];
+    let all = ["naca0024-cubic-m02", "parametric", "kulfan-5x5", "multipoint", "kulfan-7x5"];
     for name in &all[..if quick { 2 } else { all.len() }] {
         let mut problem = Case::open(name)?.problem;
         let mut values = problem.start_values();
