@@ -140,7 +140,8 @@ fn a_drag_case_converges_resumes_at_the_same_bits_and_reports() {
         let name = format!("part{kept}");
         fs::create_dir(folder.path().join(&name)).unwrap();
         fs::write(folder.path().join(&name).join("checkpoint.json"), part.to_string()).unwrap();
-        let resumed = json(&aeroform(&["run", "naca0024-cubic-m02", "--out", &name, "--resume", "--json"], folder.path()));
+        let resumed =
+            json(&aeroform(&["run", "naca0024-cubic-m02", "--out", &name, "--resume", "--json"], folder.path()));
         assert_eq!(resumed["variables"], whole["variables"], "resumed after {kept}");
         assert_eq!(resumed["evaluations"], whole["evaluations"]);
     }

@@ -5,7 +5,7 @@ use crate::flow::Attempt;
 use crate::flow::layer::Layout;
 
 /// Work after which the search ends, in Newton iterations on the requested stations.
-pub(super) const WORK: f64 = 500.0;
+pub(super) const WORK: f64 = 420.0;
 
 /// The account of a search. Work is counted in Newton iterations on the requested stations.
 pub(super) struct Budget {

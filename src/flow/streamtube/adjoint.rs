@@ -6,7 +6,7 @@
 //! they are differentiated forward, some nodes at a time. The cost does not depend on the number of outputs or design
 //! variables.
 
-use super::background::{COLUMN_INPUTS, ColumnInputs, WallStations, column};
+use super::background::{COLUMN_INPUTS, WallStations, column};
 use super::equations::Held;
 use super::gas::Parameters;
 use super::geometry::{Geometry, displacement_thickness, gaps, movement};
@@ -154,9 +154,10 @@ fn back_through_column(
     let grid = &problem.grid;
     let (nose, edge) = (grid.stations.nose(), grid.stations.edge());
     let law = problem.flow().stream;
-    let inputs = wall.column_inputs(&grid.stations, station, side).numbers();
-    let seeded = std::array::from_fn(|k| ByColumn::from_re(inputs[k]).derivative(k));
-    let nodes = column(&grid.stations, station, side, &ColumnInputs::from_numbers(seeded));
+    let inputs = wall.column_inputs(&grid.stations, station, side);
+    let numbers = inputs.numbers();
+    let seeded = std::array::from_fn(|k| ByColumn::from_re(numbers[k]).derivative(k));
+    let nodes = column(&grid.stations, station, side, &inputs.with_numbers(seeded));
     let thickness = grid
         .carrier(station, side)
         .map_or(0.0, |sheet| displacement_thickness(unknowns.layer(grid, station, sheet), &law));

@@ -13,8 +13,6 @@ use crate::flow::layer::Side;
 use crate::plane::{dot, minus};
 use crate::scalar::Scalar;
 
-/// Fraction of a side from which on the side, not the sign of y, tells the branch of the root.
-const BRANCH: f64 = 0.2;
 /// Stream function over which the lines across the flow spread, per unit of the spread.
 const SPREAD: f64 = 4.0;
 
@@ -22,12 +20,14 @@ fn plus<S: Scalar>(a: [S; 2], b: [S; 2]) -> [S; 2] {
     [a[0] + b[0], a[1] + b[1]]
 }
 
-/// The root of twice a complex number, with the cut along the positive real axis.
-fn root<S: Scalar>([a, b]: [S; 2]) -> [S; 2] {
+/// The root of twice a complex number, on the branch that belongs to a side of the parabola.
+///
+/// To the right of the focus the side decides, and not the sign of the imaginary part: behind a low nose the lower surface
+/// can rise above the focus, and stays the lower one. To the left both branches are one.
+fn root<S: Scalar>([a, b]: [S; 2], side: Side) -> [S; 2] {
     let r = (a * a + b * b).sqrt();
     if a.re() > 0.0 {
-        let x = (r + a).sqrt();
-        let x = if b.re() >= 0.0 { x } else { -x };
+        let x = (r + a).sqrt() * side.sign();
         [x, b / x]
     } else {
         let y = (r - a).sqrt();
@@ -56,6 +56,8 @@ pub(super) struct WallStations<S> {
     pub points: [Vec<[S; 2]>; 2],
     /// Outward normals there.
     pub normals: [Vec<[S; 2]>; 2],
+    /// Sides of the nose on which they lie.
+    pub beside: [Vec<Side>; 2],
     /// Arc lengths from the stagnation point.
     pub arcs: [Vec<S>; 2],
     /// Focus of the parabola.
@@ -87,13 +89,15 @@ impl<S: Scalar> WallStations<S> {
     /// The wall stations for the arc lengths of the stagnation point from the first node and of transition on both sides
     /// from there.
     pub fn new(stations: &Stations, curve: &SectionCurve<S>, stagnation: S, transition: [S; 2]) -> Self {
-        let (focus, stagnation_point) = (curve.focus(), curve.point(curve.index(stagnation)));
+        let focus = curve.focus();
+        let nose = curve.index(stagnation);
         let mut wall = Self {
             points: [vec![], vec![]],
             normals: [vec![], vec![]],
+            beside: [vec![], vec![]],
             arcs: [vec![], vec![]],
             focus,
-            origin: root(minus(stagnation_point, focus)),
+            origin: root(minus(curve.point(nose), focus), curve.side_of_nose(nose.re())),
             ahead: vec![],
             total: curve.total(),
         };
@@ -114,12 +118,13 @@ impl<S: Scalar> WallStations<S> {
                 };
                 let length = (dx * dx + dy * dy).sqrt();
                 wall.points[k].push(point);
+                wall.beside[k].push(curve.side_of_nose(index.re()));
                 wall.normals[k].push([dy / length, -dx / length]);
                 wall.arcs[k].push(arc);
             }
         }
         // the first step of the upper side
-        let first = root(minus(wall.points[0][1], focus))[0] - wall.origin[0];
+        let first = root(minus(wall.points[0][1], focus), wall.beside[0][1])[0] - wall.origin[0];
         wall.ahead = stations.ahead(first);
         wall
     }
@@ -146,7 +151,8 @@ impl<S: Scalar> WallStations<S> {
         let wall = self.points[k][number];
         let base = if station > edge { self.edge() } else { wall };
         let ahead = self.ahead[nose.saturating_sub(station)];
-        ColumnInputs { wall, normal: self.normals[k][number], base, focus: self.focus, origin: self.origin, ahead }
+        let (normal, beside) = (self.normals[k][number], self.beside[k][number]);
+        ColumnInputs { wall, normal, beside, base, focus: self.focus, origin: self.origin, ahead }
     }
 }
 
@@ -157,6 +163,8 @@ pub(super) struct ColumnInputs<S> {
     pub wall: [S; 2],
     /// Outward normal there.
     pub normal: [S; 2],
+    /// Side of the nose on which it lies.
+    pub beside: Side,
     /// The wall point, and behind the edge the middle of the edge.
     pub base: [S; 2],
     pub focus: [S; 2],
@@ -169,15 +177,17 @@ pub(super) struct ColumnInputs<S> {
 pub(super) const COLUMN_INPUTS: usize = 11;
 
 impl<S: Scalar> ColumnInputs<S> {
-    /// The numbers in the order of the fields.
+    /// The numbers that can be differentiated by, in the order of the fields.
     pub fn numbers(&self) -> [S; COLUMN_INPUTS] {
         let all = [self.wall, self.normal, self.base, self.focus, self.origin];
         std::array::from_fn(|k| if k < 10 { all[k / 2][k % 2] } else { self.ahead })
     }
 
-    pub fn from_numbers(x: [S; COLUMN_INPUTS]) -> Self {
+    /// These inputs with other numbers.
+    pub fn with_numbers<T: Scalar>(&self, x: [T; COLUMN_INPUTS]) -> ColumnInputs<T> {
         let pair = |k: usize| [x[2 * k], x[2 * k + 1]];
-        Self { wall: pair(0), normal: pair(1), base: pair(2), focus: pair(3), origin: pair(4), ahead: x[10] }
+        let [wall, normal, base, focus, origin] = [0, 1, 2, 3, 4].map(pair);
+        ColumnInputs { wall, normal, beside: self.beside, base, focus, origin, ahead: x[10] }
     }
 }
 
@@ -216,11 +226,7 @@ pub(super) fn column<S: Scalar>(
     } else if station == nose {
         (zero, [zero, zero], inputs.base)
     } else {
-        let fraction = stations.fractions[station.min(edge) - nose];
-        let mut zeta = root(minus(inputs.wall, inputs.focus));
-        if fraction > BRANCH && (zeta[0].re() > 0.0) != (side == Side::Upper) {
-            zeta = zeta.map(|c| -c);
-        }
+        let zeta = root(minus(inputs.wall, inputs.focus), inputs.beside);
         let tau = (zeta[0] - inputs.origin[0]) * sign;
         let start = if behind > 0.0 { (tau * tau + 2.0 * behind).sqrt() * sign } else { tau * sign };
         (tau, [start, zero], [inputs.base[0] + behind, inputs.base[1]])
@@ -237,7 +243,7 @@ pub(super) fn column<S: Scalar>(
     let mut nodes = vec![BackgroundNode { place: base, direction: first }];
     for &height in &stations.heights[1..] {
         let (phi, slope) = spread(tau, height);
-        let w = root([phi + behind, S::from(height * sign)]);
+        let w = root([phi + behind, S::from(height * sign)], side);
         let z = plus(w, inputs.origin);
         nodes.push(BackgroundNode {
             place: plus(base, minus(half_square(z), dividing)),
@@ -251,6 +257,21 @@ pub(super) fn column<S: Scalar>(
 mod tests {
     use super::super::grading::Size;
     use super::*;
+
+    #[test]
+    fn the_lower_surface_may_rise_above_the_focus() {
+        let below: [f64; 2] = root([0.1, -1e-6], Side::Lower);
+        let above: [f64; 2] = root([0.1, 1e-6], Side::Lower);
+        assert!((below[0] - above[0]).abs() < 1e-9 && (below[1] + above[1]).abs() < 1e-12, "{below:?} {above:?}");
+        for point in [[0.1f64, 0.05], [0.1, -0.05]] {
+            for side in Side::BOTH {
+                let [x, y] = half_square(root(point, side));
+                assert!((x - point[0]).abs() < 1e-15 && (y - point[1]).abs() < 1e-15);
+            }
+        }
+        // left of the focus the sides are one
+        assert_eq!(root([-0.1, 0.05], Side::Upper), root([-0.1, 0.05], Side::Lower));
+    }
 
     #[test]
     fn stations_stay_in_order_wherever_a_side_turns_turbulent() {

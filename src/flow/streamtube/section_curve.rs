@@ -107,6 +107,11 @@ impl<S: Scalar> SectionCurve<S> {
         [combine(&weights, &self.x), combine(&weights, &self.y)]
     }
 
+    /// The side of the nose on which a node index lies.
+    pub fn side_of_nose(&self, index: f64) -> Side {
+        if index <= self.nose { Side::Upper } else { Side::Lower }
+    }
+
     /// Focus of the parabola that has the nose as its vertex and the nose radius there.
     ///
     /// Slope and curvature are differences over some nodes on both sides. The second derivative of the spline itself has
