@@ -1,6 +1,6 @@
 //! Steps of Newton's method with factors that are kept.
 //!
-//! Such a step costs a fifth of one with new factors. The steps themselves tell how the system has changed since it was
+//! A step with kept factors costs a fifth of one with new ones. The steps tell how the system has changed since it was
 //! linearised: Broyden's method corrects the factors by them, as far as the steps reach.
 //!
 //! Source: Kelley, "Iterative Methods for Linear and Nonlinear Equations", SIAM (1995), section 7.3.

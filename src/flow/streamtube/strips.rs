@@ -1,4 +1,4 @@
-//! What the elimination of a station does to columns of the rows of the station upstream.
+//! The elimination of a station in the columns of the rows of the station upstream.
 //!
 //! The solutions of a station stand in rows of columns: those of the equations of the station upstream, those of the global
 //! equations, or those of right-hand sides that come later.
@@ -29,7 +29,7 @@ impl Source<'_> {
         &self.rows[row * self.stride + self.from..][..width]
     }
 
-    /// The same columns from a row on.
+    /// These columns from a row on.
     fn behind(self, row: usize) -> Self {
         Self { rows: &self.rows[row * self.stride..], ..self }
     }
