@@ -30,8 +30,8 @@ const ROUGH: f64 = 0.1;
 /// Largest number of iterations from there. A good start needs one to three.
 const ITERATIONS_FROM_FEW: usize = 12;
 
-/// Share of a step on few stations below which other ways are tried. Of 300 random flows about real sections, steps as
-/// short as this led on in 27 of the 229 that Newton's method finds alone, and these are found by other ways as soon.
+/// Share of a step from a march below which other ways are tried. On few stations steps as short as this led on in 27 of the
+/// 229 random flows about real sections, of 300, that Newton's method finds alone, and these are found by other ways as soon.
 const SHORTEST_STEP: f64 = 0.1;
 
 /// Highest local Mach number without boundary layer above which no layer makes a flow subsonic.

@@ -137,7 +137,7 @@ pub(crate) struct Effort {
 }
 
 impl Effort {
-    /// Limits with the usual patience and without a limit on the first move of transition.
+    /// Limits with the usual patience, without a limit on the first move of transition and on how short a step may be.
     pub fn new(tolerance: f64, iterations: usize) -> Self {
         Self { tolerance, iterations, patience: PATIENCE, reach: f64::INFINITY, shortest: 0.0 }
     }

@@ -39,6 +39,7 @@ const AREA_CHANGES: [f64; 2] = [0.6, 1.6];
 const LARGEST_MACH2: f64 = 6.0;
 /// Factor by which a step is cut back while areas change too much, and the number of times.
 const CUT: (f64, usize) = (0.6, 14);
+
 /// The factor of a step, cut down by limits one after the other.
 pub(super) struct Factor(pub f64);
 

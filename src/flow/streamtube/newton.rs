@@ -228,8 +228,8 @@ fn largest_residual(problem: &Problem, unknowns: &Unknowns) -> f64 {
     problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest())
 }
 
-/// Takes a solution towards that of a neighbouring flow by the tangent, with the factors of the solution itself. The result
-/// is `None`, and the solution is where it was, where there is no tangent.
+/// Takes a solution towards that of a neighbouring flow by the tangent, with the factors made at `base`. The result is these
+/// factors, or `None` where there is no tangent; the solution is where it was then.
 fn depart(way: &mut Way, base: &Arc<Base>, unknowns: &mut Unknowns, limits: &Limits) -> Option<Arc<Linearised>> {
     let at = kept::factorised(base)?;
     let problem = way.problem();
