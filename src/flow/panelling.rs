@@ -96,6 +96,7 @@ fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> 
     // averages are by arc length, because the samples need not be even
     let last = arc.len() - 1;
     let lengths: Vec<f64> = (0..=last).map(|j| arc[(j + 1).min(last)] - arc[j.saturating_sub(1)]).collect();
+    let bends: Vec<f64> = lengths.iter().zip(samples).map(|(length, sample)| length * sample.curvature).collect();
     (0..=last)
         .map(|k| {
             let reach = (at_nose + growth * (arc[k] - nose.arc).abs()).min(SMOOTHING * total);
@@ -105,16 +106,34 @@ fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> 
             while high + 1 < arc.len() && arc[high + 1] - arc[k] <= reach {
                 high += 1;
             }
-            let (mut norm, mut sum) = (0.0, 0.0);
-            let near = arc[low..=high].iter().zip(&lengths[low..=high]).zip(&samples[low..=high]);
-            for ((place, length), sample) in near {
-                let weight = (1.0 - (place - arc[k]).abs() / reach) * length;
-                norm += weight;
-                sum += weight * sample.curvature;
-            }
+            let per_reach = reach.recip();
+            let near = low..=high;
+            let [norm, sum] =
+                under_hat(&arc[near.clone()], arc[k], per_reach, [&lengths[near.clone()], &bends[near]]);
             sum / norm
         })
         .collect()
+}
+
+/// Sums of two lists with weights that fall from 1 at the arc length `middle` to 0 at a distance of 1/`per_reach`.
+fn under_hat(arc: &[f64], middle: f64, per_reach: f64, lists: [&[f64]; 2]) -> [f64; 2] {
+    // several partial sums, so that no addition waits for the one before
+    const LANES: usize = 8;
+    let weight = |arc: f64| 1.0 - (arc - middle).abs() * per_reach;
+    let mut sums = [[0.0; LANES]; 2];
+    let whole = arc.len() / LANES * LANES;
+    for first in (0..whole).step_by(LANES) {
+        let [arc, a, b] = [arc, lists[0], lists[1]].map(|list| &list[first..first + LANES]);
+        for lane in 0..LANES {
+            let weight = weight(arc[lane]);
+            sums[0][lane] += weight * a[lane];
+            sums[1][lane] += weight * b[lane];
+        }
+    }
+    for k in whole..arc.len() {
+        (0..2).for_each(|list| sums[list][0] += weight(arc[k]) * lists[list][k]);
+    }
+    sums.map(|lanes| lanes.iter().sum())
 }
 
 /// Place and radius of the nose. Both are interpolated between samples, so that panels move smoothly with them.

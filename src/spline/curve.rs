@@ -144,8 +144,8 @@ impl<S: Scalar, const D: usize> BSplineCurve<S, D> {
         let p = self.degree();
         let span = self.knots.span(u.re());
         let points = &self.control_points[span - p..];
-        let point = combine(&self.knots.basis(span, u), points);
-        let lower = self.knots.basis_of_degree(span, u, p - 1);
+        let [basis, lower] = self.knots.basis_and_lower(span, u);
+        let point = combine(&basis, points);
         let knots = self.knots.as_slice();
         let mut tangent = [T::from(0.0); D];
         for (j, value) in lower.iter().enumerate() {

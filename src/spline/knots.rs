@@ -194,17 +194,31 @@ impl KnotVector {
         let mut values: BasisValues<S> = SmallVec::from_elem(S::from(0.0), q + 1);
         values[0] = S::from(1.0);
         for j in 1..=q {
-            let mut saved = S::from(0.0);
-            for r in 0..j {
-                let right = self.knots[span + r + 1];
-                let left = self.knots[span + 1 + r - j];
-                let term = values[r] / (right - left);
-                values[r] = saved + term * (-u + right);
-                saved = term * (u - left);
-            }
-            values[j] = saved;
+            self.raise(span, u, &mut values[..=j]);
         }
         values
+    }
+
+    /// The basis functions and those of one degree less that do not vanish on the span.
+    pub(super) fn basis_and_lower<S: Scalar>(&self, span: usize, u: S) -> [BasisValues<S>; 2] {
+        let lower = self.basis_of_degree(span, u, self.degree - 1);
+        let mut values = lower.clone();
+        values.push(S::from(0.0));
+        self.raise(span, u, &mut values);
+        [values, lower]
+    }
+
+    /// Turns basis functions, which fill all places but the last, into those of the next degree, which fill all.
+    fn raise<S: Scalar>(&self, span: usize, u: S, values: &mut [S]) {
+        let j = values.len() - 1;
+        let (left, right) = (&self.knots[span + 1 - j..][..j], &self.knots[span + 1..][..j]);
+        let mut saved = S::from(0.0);
+        for ((value, left), right) in values.iter_mut().zip(left).zip(right) {
+            let term = *value / (right - left);
+            *value = saved + term * (-u + *right);
+            saved = term * (u - *left);
+        }
+        values[j] = saved;
     }
 }
 

@@ -143,9 +143,8 @@ pub(super) fn growth<S: Scalar>(a: &State<S>, b: &State<S>, law: &impl EdgeLaw<N
 
 /// Local growth rate of the amplification factor, per chord.
 fn growth_rate<S: Scalar>(state: &State<S>, law: &impl EdgeLaw<Number = S>) -> S {
-    let theta = state.theta();
-    let edge = law.edge(state.speed());
-    amplification::growth_rate(state.kinematic_shape(), theta, edge.reynolds * theta)
+    let reynolds_log = law.edge(state.speed()).reynolds.ln() + state.log_theta;
+    amplification::growth_rate(state.log_shape, state.log_theta, reynolds_log)
 }
 
 /// Residuals of the momentum and kinetic-energy equations of the first station, where u is proportional to x and the

@@ -38,15 +38,15 @@ impl IndexSpline {
     }
 
     /// B-spline coefficients of the interpolating spline: two more than there are values.
-    pub fn coefficients<S: Scalar>(&self, values: &[S]) -> Vec<S> {
+    pub fn coefficients<V: Linear>(&self, values: &[V]) -> Vec<V> {
         let n = values.len();
-        let mut c = vec![S::from(0.0); n + 2];
+        let mut c = vec![values[0] * 0.0; n + 2];
         c[1] = values[0] - values[1];
         for i in 1..n {
             let right = if i + 1 == n { values[i] - values[i - 1] } else { values[i] * 6.0 };
             c[i + 1] = right - c[i] * self.factors[i][0];
         }
-        c[n] *= self.factors[n - 1][1];
+        c[n] = c[n] * self.factors[n - 1][1];
         for i in (0..n - 1).rev() {
             c[i + 1] = (c[i + 1] - c[i + 2] * Self::upper(i)) * self.factors[i][1];
         }

@@ -16,40 +16,41 @@ const ONSET: f64 = 0.24;
 /// It raises the growth by 0.5 % at Hk = 20, where the fit ends, and by 2.5 % at 30.
 const LEAST_GROWTH: f64 = 0.01;
 
-/// First part of the logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in; `h` is
-/// 1/(Hk − 1).
-fn basic_reynolds_log<S: Scalar>(h: S) -> S {
-    (h.ln() * 0.43).exp() * 2.492
+/// First part of the logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in; `log_shape`
+/// is ln(Hk − 1).
+fn basic_reynolds_log<S: Scalar>(log_shape: S) -> S {
+    (log_shape * -0.43).exp() * 2.492
 }
 
 /// Second part of the logarithm of the Reynolds number at which growth sets in, behind [`basic_reynolds_log`]; it is
-/// positive, and counts in accelerated layers.
+/// positive, and counts in accelerated layers. `h` is 1/(Hk − 1).
 fn further_reynolds_log<S: Scalar>(h: S) -> S {
     ((h * 14.0 - 9.24).saturating_tanh() + 1.0) * 0.7
 }
 
-/// Growth of the amplification factor n per length, multiplied by the momentum thickness, beyond the onset.
-pub(crate) fn envelope_slope<S: Scalar>(hk: S) -> S {
-    let h = (hk - 1.0).recip();
-    let per_reynolds = (hk - 1.0) * 0.028 - (-(h * 3.87 - 2.52).powi(2)).exp() * 0.0345;
+/// Growth of the amplification factor n per length, multiplied by the momentum thickness, beyond the onset; `h` is
+/// 1/(Hk − 1).
+pub(crate) fn envelope_slope<S: Scalar>(h: S) -> S {
+    let per_reynolds = h.recip() * 0.028 - (-(h * 3.87 - 2.52).powi(2)).exp() * 0.0345;
     // beyond Hk = 52 the fit falls below zero, where layers would damp what they amplify
     let reynolds_growth = ((h * 3.0 - 5.5) * h + 2.7) * h - 0.05;
     per_reynolds * larger(reynolds_growth, S::from(LEAST_GROWTH), LEAST_GROWTH)
 }
 
-/// Growth rate dn/ds of the amplification factor, per unit of the length in which `theta` is given.
-pub(crate) fn growth_rate<S: Scalar>(hk: S, theta: S, re_theta: S) -> S {
-    let h = (hk - 1.0).recip();
-    let beyond_basic = re_theta.ln() * std::f64::consts::LOG10_E - basic_reynolds_log(h);
+/// Growth rate dn/ds of the amplification factor, per unit of the length in which the momentum thickness θ is given,
+/// from the natural logarithms ln(Hk − 1), ln θ and ln Re_θ.
+pub(crate) fn growth_rate<S: Scalar>(log_shape: S, log_theta: S, reynolds_log: S) -> S {
+    let beyond_basic = reynolds_log * std::f64::consts::LOG10_E - basic_reynolds_log(log_shape);
     // most stations far ahead of the onset need no more than this
     if beyond_basic.re() <= -ONSET {
         return S::from(0.0);
     }
+    let h = (-log_shape).exp();
     let r = beyond_basic - further_reynolds_log(h);
     if r.re() <= -ONSET {
         return S::from(0.0);
     }
-    let rate = envelope_slope(hk) / theta;
+    let rate = envelope_slope(h) * (-log_theta).exp();
     if r.re() >= ONSET {
         return rate;
     }
@@ -65,8 +66,15 @@ mod tests {
 
     /// Logarithm (base 10) of the momentum-thickness Reynolds number at which growth sets in.
     fn critical_reynolds_log(hk: f64) -> f64 {
-        let h = 1.0 / (hk - 1.0);
-        basic_reynolds_log(h) + further_reynolds_log(h)
+        basic_reynolds_log((hk - 1.0).ln()) + further_reynolds_log(1.0 / (hk - 1.0))
+    }
+
+    fn slope_at<S: Scalar>(hk: S) -> S {
+        envelope_slope((hk - 1.0).recip())
+    }
+
+    fn rate_at<S: Scalar>(hk: S, theta: S, re_theta: S) -> S {
+        growth_rate((hk - 1.0).ln(), theta.ln(), re_theta.ln())
     }
 
     #[test]
@@ -75,18 +83,18 @@ mod tests {
         assert!((10f64.powf(critical_reynolds_log(2.5911)) / 282.6 - 1.0).abs() < 2e-3);
         let h: f64 = 1.0 / 1.5911;
         let per_reynolds =
-            envelope_slope(2.5911) / (-0.05 + 2.7 * h - 5.5 * h * h + 3.0 * h.powi(3) + 0.1 * (-20.0 * h).exp());
+            slope_at(2.5911) / (-0.05 + 2.7 * h - 5.5 * h * h + 3.0 * h.powi(3) + 0.1 * (-20.0 * h).exp());
         assert!((per_reynolds / 0.01031 - 1.0).abs() < 2e-3, "{per_reynolds}");
-        assert_eq!(growth_rate(2.5911, 1e-3, 160.0), 0.0);
-        assert!((growth_rate(2.5911f64, 1e-3, 500.0) - envelope_slope(2.5911) / 1e-3).abs() < 1e-12);
+        assert_eq!(rate_at(2.5911, 1e-3, 160.0), 0.0);
+        assert!((rate_at(2.5911f64, 1e-3, 500.0) / (slope_at(2.5911) / 1e-3) - 1.0).abs() < 1e-13);
     }
 
     #[test]
     fn the_ramp_is_symmetric_about_the_critical_reynolds_number() {
         let critical = 10f64.powf(critical_reynolds_log(2.5911));
-        let full = envelope_slope(2.5911f64);
+        let full = slope_at(2.5911f64);
         for ratio in [1.05, 1.2, 1.5, 1.7] {
-            let sum = growth_rate(2.5911, 1.0, critical * ratio) + growth_rate(2.5911, 1.0, critical / ratio);
+            let sum = rate_at(2.5911, 1.0, critical * ratio) + rate_at(2.5911, 1.0, critical / ratio);
             assert!((sum / full - 1.0).abs() < 1e-12, "{ratio}: {sum}");
         }
     }
@@ -95,7 +103,7 @@ mod tests {
     fn derivatives_are_exact_before_on_and_behind_the_ramp() {
         for (hk, re) in [(2.5911, 150.0), (2.5911, 200.0), (2.5911, 400.0), (2.5911, 500.0), (3.5, 120.0), (6.0, 90.0)]
         {
-            check_gradient(&relation!(|h, re| growth_rate(h, S::from(0.7), re)), hk, re);
+            check_gradient(&relation!(|h, re| rate_at(h, S::from(0.7), re)), hk, re);
         }
     }
 }

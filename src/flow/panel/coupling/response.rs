@@ -5,7 +5,7 @@
 
 use super::subpanel;
 use crate::flow::FlowError;
-use crate::flow::linear::{add_scaled, product};
+use crate::flow::linear::product;
 use crate::flow::memory::Memo;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
 use crate::flow::panel::kernel::{Place, velocity_influence};
@@ -16,7 +16,7 @@ use crate::flow::panel::wake;
 use crate::flow::surface::SurfaceMap;
 use crate::flow::surface::spline::invert;
 use crate::plane::distance;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SVector};
 use std::sync::Arc;
 
 /// One section: panels, surface coordinate and response to the mass defect along the section.
@@ -65,8 +65,8 @@ impl SectionResponse {
         }
         panels.factors.solve(&mut rows);
         let nodes = rows.remove_row(n);
-        let spline = spline_rows(&map, &smooth_columns(&nodes));
-        let wall = WALL.get(n, || spline_rows(&map, &smooth_columns(&wall_response(n))));
+        let spline = smoothed_spline_rows(&map, &nodes);
+        let wall = WALL.get(n, || smoothed_spline_rows(&map, &wall_response(n)));
         let wake_distances = wake::distances(n - 1);
         Ok(Self { panels, map, nodes, spline, wall, wake_distances })
     }
@@ -99,34 +99,66 @@ pub(crate) fn smooth<T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f64, Ou
 
 /// The response to a mass defect that is smoothed first: the transposed passes on every row.
 pub(crate) fn smooth_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
-    (0..PASSES).fold(response.clone(), |response, _| pass_on_columns(&response))
+    let mut rows = response.transpose();
+    smooth_transposed(&mut rows);
+    rows.transpose()
 }
 
-fn pass_on_columns(response: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = response.ncols();
-    let mut result = response.clone();
-    let inner = |k: usize| k >= 2 && k + 2 < n;
-    let columns: Vec<&[f64]> = response.as_slice().chunks_exact(response.nrows()).collect();
-    for (j, sums) in result.as_mut_slice().chunks_exact_mut(response.nrows()).enumerate().take(n - 1).skip(1) {
-        if inner(j) {
-            sums.iter_mut().for_each(|sum| *sum *= 0.5);
-        }
-        for k in [j - 1, j + 1].into_iter().filter(|k| inner(*k)) {
-            add_scaled(sums, 0.25, columns[k]);
+/// The transposed passes of [`smooth`] on every column.
+fn smooth_transposed(responses: &mut DMatrix<f64>) {
+    let n = responses.nrows();
+    let mut before = vec![0.0; n];
+    for column in responses.as_mut_slice().chunks_exact_mut(n) {
+        for _ in 0..PASSES {
+            before.copy_from_slice(column);
+            // only inner values are spread
+            before[1] = 0.0;
+            before[n - 2] = 0.0;
+            for (inner, near) in column[2..n - 2].iter_mut().zip(before[1..n - 1].windows(3)) {
+                *inner = near[1] * 0.5 + (near[0] + near[2]) * 0.25;
+            }
+            column[1] += before[2] * 0.25;
+            column[n - 2] += before[n - 3] * 0.25;
         }
     }
-    result
 }
+
+/// Number of columns whose spline coefficients are computed together.
+const LANES: usize = 8;
 
 /// Spline coefficients of every column, transposed.
 fn spline_rows(map: &SurfaceMap, values: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut result = DMatrix::zeros(values.ncols(), values.nrows() + 2);
-    for (j, column) in values.column_iter().enumerate() {
-        for (k, c) in map.spline.coefficients(column.as_slice()).into_iter().enumerate() {
-            result[(j, k)] = c;
+    let (n, count) = values.shape();
+    let mut result = DMatrix::zeros(count, n + 2);
+    let mut together = vec![SVector::<f64, LANES>::zeros(); n];
+    for (first, group) in values.as_slice().chunks(LANES * n).enumerate() {
+        for (lane, column) in group.chunks_exact(n).enumerate() {
+            together.iter_mut().zip(column).for_each(|(lanes, value)| lanes[lane] = *value);
+        }
+        let own = first * LANES..(first * LANES + LANES).min(count);
+        let coefficients = map.spline.coefficients(&together);
+        for (target, lanes) in result.as_mut_slice().chunks_exact_mut(count).zip(&coefficients) {
+            target[own.clone()].copy_from_slice(&lanes.as_slice()[..own.len()]);
         }
     }
     result
+}
+
+/// Spline coefficients of the strengths or of the wall response to a mass defect that is smoothed first, transposed.
+fn smoothed_spline_rows(map: &SurfaceMap, response: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut rows = spline_rows(map, response);
+    smooth_transposed(&mut rows);
+    rows
+}
+
+/// Nodes on either side of a spline coefficient of the flat-wall response beyond which the coefficient does not feel
+/// them: the range of the kernel, the smoothing, and 32 nodes over which a spline forgets (a share of 0.27 per node).
+const WALL_REACH: usize = subpanel::REACH as usize + PASSES + 32;
+
+/// The nodes that are felt by the spline coefficients `first` to `last` of the flat-wall response, of `nodes` in all.
+pub(crate) fn within_wall_reach(first: usize, last: usize, nodes: usize) -> std::ops::Range<usize> {
+    // coefficient k belongs to node k − 1
+    first.saturating_sub(WALL_REACH + 1).min(nodes)..(last + WALL_REACH).min(nodes)
 }
 
 /// The flat-wall response over the node index, which depends on the number of nodes alone.
@@ -252,8 +284,9 @@ impl FlowResponse {
             let onset = if k == 0 { 0.0 } else { wake_inviscid[k] };
             wake_inviscid[k] = onset + (0..n).map(|i| by_strength[(k, i)] * inviscid[i]).sum::<f64>();
         }
-        let wake_by_nodes =
-            smooth_columns(&(product(&by_strength, &section.nodes) + source_per_defect(section, &by_source)));
+        let mut wake_by_nodes =
+            (product(&by_strength, &section.nodes) + source_per_defect(section, &by_source)).transpose();
+        smooth_transposed(&mut wake_by_nodes);
         let wake_by_wake = product(&by_strength, &nodes_by_wake)
             + product(&wake_to_wake(wake_nodes, &tangents, &points, &from_wake), &strengths);
         Self {
@@ -266,7 +299,7 @@ impl FlowResponse {
             wake_tangents: tangents,
             gap,
             wake_inviscid,
-            wake_by_nodes: wake_by_nodes.transpose(),
+            wake_by_nodes,
             wake_by_wake,
             wake_by_strength: by_strength,
             polar,

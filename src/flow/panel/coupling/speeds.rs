@@ -1,7 +1,7 @@
 //! Edge speeds at the stations: values, and derivatives with respect to the mass defects and to the global unknowns.
 
 use super::projection;
-use super::response::{FlowResponse, SectionResponse};
+use super::response::{FlowResponse, SectionResponse, within_wall_reach};
 use super::subpanel::LocalSpeeds;
 use crate::flow::layer::{ByGlobal, GLOBALS, Layout, Numbering, STAGNATION, Side, TRANSITION, Unknowns};
 use crate::flow::linear::{add_scaled, dot};
@@ -311,21 +311,19 @@ pub(crate) fn per_rate<S: Scalar>(section: &SectionResponse, t: S) -> S {
 pub(crate) fn gather(row: &mut [f64], weights: &Weights<f64>, section: &SectionResponse, per_rate: f64) {
     let (first, w) = weights;
     let n = section.len();
-    let at = |q: usize| (first + q) * n..(first + q + 1) * n;
-    let (panel, wall) = (section.spline.as_slice(), section.wall.as_slice());
-    let [a, b, c, d] = [0, 1, 2, 3].map(|q| &panel[at(q)]);
-    let [e, f, g, h] = [0, 1, 2, 3].map(|q| &wall[at(q)]);
-    let v = w.map(|w| -w * per_rate);
+    let panel = section.spline.as_slice();
+    let [a, b, c, d] = [0, 1, 2, 3].map(|q| &panel[(first + q) * n..][..n]);
     let row = &mut row[..n];
     for i in 0..n {
-        row[i] = w[0] * a[i]
-            + w[1] * b[i]
-            + w[2] * c[i]
-            + w[3] * d[i]
-            + v[0] * e[i]
-            + v[1] * f[i]
-            + v[2] * g[i]
-            + v[3] * h[i];
+        row[i] = w[0] * a[i] + w[1] * b[i] + w[2] * c[i] + w[3] * d[i];
+    }
+    let v = w.map(|w| -w * per_rate);
+    let near = within_wall_reach(*first, first + 3, n);
+    let wall = section.wall.as_slice();
+    let [a, b, c, d] = [0, 1, 2, 3].map(|q| &wall[(first + q) * n..][near.clone()]);
+    let row = &mut row[near];
+    for i in 0..row.len() {
+        row[i] += v[0] * a[i] + v[1] * b[i] + v[2] * c[i] + v[3] * d[i];
     }
 }
 
@@ -340,10 +338,14 @@ pub(crate) struct Fields<S = ByGlobal> {
 
 impl<S: Global> Fields<S> {
     fn new(section: &SectionResponse, flow: &FlowResponse, node_mass: &[S], wake_mass: &[f64]) -> Self {
-        let sums = |m: &DMatrix<f64>| -> Vec<S> {
-            m.as_slice().chunks_exact(m.nrows()).map(|column| S::weighted_sum(node_mass, column)).collect()
+        let n = section.len();
+        let columns = section.spline.as_slice().chunks_exact(n);
+        let mut strength: Vec<S> = columns.map(|column| S::weighted_sum(node_mass, column)).collect();
+        let wall = |(k, column): (usize, &[f64])| {
+            let near = within_wall_reach(k, k, n);
+            S::weighted_sum(&node_mass[near.clone()], &column[near])
         };
-        let (mut strength, wall) = (sums(&section.spline), sums(&section.wall));
+        let wall = section.wall.as_slice().chunks_exact(n).enumerate().map(wall).collect();
         let by_wake = flow.spline_by_wake.as_slice().chunks_exact(wake_mass.len());
         for ((value, own), column) in strength.iter_mut().zip(&flow.inviscid_spline).zip(by_wake) {
             *value += own + dot(column, wake_mass);
