@@ -3,7 +3,7 @@
 use crate::plane::distance;
 use crate::section::Section;
 use crate::spline::BSplineCurve;
-use num_dual::Dual64;
+use num_dual::Dual2_64;
 
 /// Number of samples of a section between which the node density is integrated.
 const SAMPLES: usize = 2001;
@@ -37,7 +37,7 @@ const LEAST_SMOOTHING: f64 = 5e-4;
 pub fn panel_parameters(section: &Section<f64>, nodes: usize) -> Vec<f64> {
     let curve = section.curve();
     let parameters = section.parameters(SAMPLES);
-    let samples: Vec<Sample> = parameters.iter().map(|&u| Sample::new(curve, u)).collect();
+    let samples = samples(curve, &parameters);
     let mut arc = vec![0.0];
     for ends in samples.windows(2) {
         arc.push(arc[arc.len() - 1] + distance(ends[0].point, ends[1].point));
@@ -79,12 +79,32 @@ struct Sample {
 }
 
 impl Sample {
-    fn new(curve: &BSplineCurve<f64, 2>, u: f64) -> Self {
-        let (point, [x, y]) = curve.point_and_tangent(Dual64::new(u, 1.0));
-        let speed = x.re.hypot(y.re).max(f64::MIN_POSITIVE);
-        let curvature = (x.re * y.eps - y.re * x.eps).abs() / speed.powi(3);
-        Self { point: point.map(|c| c.re), heading: [x.re, y.re], curvature }
+    /// The sample from the coordinates with their first two derivatives.
+    fn new([x, y]: [Dual2_64; 2]) -> Self {
+        let speed = x.v1.hypot(y.v1).max(f64::MIN_POSITIVE);
+        let curvature = (x.v1 * y.v2 - y.v1 * x.v2).abs() / speed.powi(3);
+        Self { point: [x.re, y.re], heading: [x.v1, y.v1], curvature }
     }
+}
+
+/// Samples at ascending parameters. Many stand in each span of the curve, so that the Taylor series of the span, which is
+/// exact, is quicker than the basis functions at every one.
+fn samples(curve: &BSplineCurve<f64, 2>, parameters: &[f64]) -> Vec<Sample> {
+    let (mut span, mut start, mut series) = (usize::MAX, 0.0, Vec::new());
+    let sample = |&u: &f64| {
+        let own = curve.knots().span(u);
+        if own != span {
+            (span, start) = (own, u);
+            series = curve.derivatives(u, curve.degree());
+        }
+        let step = Dual2_64::new(u - start, 1.0, 0.0);
+        let coordinate = |axis: usize| {
+            let horner = |sum: Dual2_64, (k, term): (usize, &[f64; 2])| sum * step / (k + 1) as f64 + term[axis];
+            series.iter().enumerate().rev().fold(Dual2_64::from(0.0), horner)
+        };
+        Sample::new([coordinate(0), coordinate(1)])
+    };
+    parameters.iter().map(sample).collect()
 }
 
 /// Magnitude of the curvature at every sample, in one over chords, averaged over neighbouring samples.
@@ -97,6 +117,7 @@ fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> 
     let last = arc.len() - 1;
     let lengths: Vec<f64> = (0..=last).map(|j| arc[(j + 1).min(last)] - arc[j.saturating_sub(1)]).collect();
     let bends: Vec<f64> = lengths.iter().zip(samples).map(|(length, sample)| length * sample.curvature).collect();
+    let [lengths, bends] = [lengths, bends].map(|values| Sums::new(arc, &values));
     (0..=last)
         .map(|k| {
             let reach = (at_nose + growth * (arc[k] - nose.arc).abs()).min(SMOOTHING * total);
@@ -106,34 +127,44 @@ fn smoothed_curvature(samples: &[Sample], arc: &[f64], nose: &Nose) -> Vec<f64> 
             while high + 1 < arc.len() && arc[high + 1] - arc[k] <= reach {
                 high += 1;
             }
-            let per_reach = reach.recip();
-            let near = low..=high;
-            let [norm, sum] =
-                under_hat(&arc[near.clone()], arc[k], per_reach, [&lengths[near.clone()], &bends[near]]);
-            sum / norm
+            let [norm, sum] = [&lengths, &bends].map(|sums| sums.under_hat([low, k, high], arc[k], reach));
+            // round-off must not make a straight line bend backwards
+            (sum / norm).max(0.0)
         })
         .collect()
 }
 
-/// Sums of two lists with weights that fall from 1 at the arc length `middle` to 0 at a distance of 1/`per_reach`.
-fn under_hat(arc: &[f64], middle: f64, per_reach: f64, lists: [&[f64]; 2]) -> [f64; 2] {
-    // several partial sums, so that no addition waits for the one before
-    const LANES: usize = 8;
-    let weight = |arc: f64| 1.0 - (arc - middle).abs() * per_reach;
-    let mut sums = [[0.0; LANES]; 2];
-    let whole = arc.len() / LANES * LANES;
-    for first in (0..whole).step_by(LANES) {
-        let [arc, a, b] = [arc, lists[0], lists[1]].map(|list| &list[first..first + LANES]);
-        for lane in 0..LANES {
-            let weight = weight(arc[lane]);
-            sums[0][lane] += weight * a[lane];
-            sums[1][lane] += weight * b[lane];
+/// Sums of a list of values along the arc, from which averages follow without a loop over neighbours.
+struct Sums {
+    /// Sum of the values up to each sample, from zero on.
+    values: Vec<f64>,
+    /// Sum of the values times their arc lengths.
+    moments: Vec<f64>,
+}
+
+impl Sums {
+    fn new(arc: &[f64], values: &[f64]) -> Self {
+        let sums = |terms: &mut dyn Iterator<Item = f64>| {
+            let mut sum = 0.0;
+            let after = terms.map(|term| {
+                sum += term;
+                sum
+            });
+            std::iter::once(0.0).chain(after).collect()
+        };
+        Self {
+            values: sums(&mut values.iter().copied()),
+            moments: sums(&mut values.iter().zip(arc).map(|(value, arc)| value * arc)),
         }
     }
-    for k in whole..arc.len() {
-        (0..2).for_each(|list| sums[list][0] += weight(arc[k]) * lists[list][k]);
+
+    /// Sum over the samples `low` to `high` with weights that fall from 1 at sample `k`, at the arc length `middle`, to 0
+    /// at a distance of `reach`.
+    fn under_hat(&self, [low, k, high]: [usize; 3], middle: f64, reach: f64) -> f64 {
+        let over = |sums: &[f64], from: usize, to: usize| sums[to] - sums[from];
+        let distance = |from: usize, to: usize| over(&self.moments, from, to) - middle * over(&self.values, from, to);
+        over(&self.values, low, high + 1) - (distance(k, high + 1) - distance(low, k)) / reach
     }
-    sums.map(|lanes| lanes.iter().sum())
 }
 
 /// Place and radius of the nose. Both are interpolated between samples, so that panels move smoothly with them.

@@ -112,27 +112,51 @@ impl Frame {
         incidence + self.line.turn()
     }
 
-    /// Derivatives with respect to `nodes` as they were given, from those with respect to the nodes in the frame and
-    /// to the angle between onset flow and chord line.
-    pub fn pull_back(&self, nodes: &[[f64; 2]], inner: Derivatives) -> Derivatives {
+    /// The derivatives of this frame, for the nodes as they were given.
+    pub fn derivatives(&self, nodes: &[[f64; 2]]) -> FrameDerivatives {
         let unit = |value: f64, k: usize| Tangent::<6>::from_re(value).derivative(k);
         let lift = |p: [f64; 2], k: usize| [unit(p[0], k), unit(p[1], k + 1)];
         let line = ChordLine { nose: lift(self.line.nose, 2), tail: lift(self.line.tail, 4) };
-        let mut by_line = gradient(&line.turn()).map(|d| -inner.alpha * d);
-        let mut outer = Vec::with_capacity(nodes.len());
-        for (&node, by) in nodes.iter().zip(&inner.nodes) {
-            let [x, y] = line.inside(lift(node, 0)).map(|c| gradient(&c));
+        FrameDerivatives {
+            turn: gradient(&line.turn()),
+            inside: nodes.iter().map(|&node| line.inside(lift(node, 0)).map(|c| gradient(&c))).collect(),
+            nose: [[1.0, 0.0], [0.0, 1.0]].map(|axis| self.nose.pull_back(axis)),
+        }
+    }
+}
+
+/// Derivatives of the frame of a section and of its nodes in that frame. All outputs share them.
+#[derive(Debug, Clone)]
+pub(in crate::flow) struct FrameDerivatives {
+    /// Derivatives of the angle of the chord line with respect to a node, the nose and the tail.
+    turn: [f64; 6],
+    /// Derivatives of the two coordinates of every node in the frame with respect to the node, the nose and the tail.
+    inside: Vec<[[f64; 6]; 2]>,
+    /// Derivatives of the two coordinates of the nose with respect to the nodes and to the tail.
+    nose: [(Vec<[f64; 2]>, [f64; 2]); 2],
+}
+
+impl FrameDerivatives {
+    /// Derivatives with respect to the nodes as they were given, from those with respect to the nodes in the frame and to
+    /// the angle between onset flow and chord line.
+    pub fn pull_back(&self, inner: Derivatives) -> Derivatives {
+        let mut by_line = self.turn.map(|d| -inner.alpha * d);
+        let mut outer = Vec::with_capacity(self.inside.len());
+        for ([x, y], by) in self.inside.iter().zip(&inner.nodes) {
             let by_all: [f64; 6] = std::array::from_fn(|k| by[0] * x[k] + by[1] * y[k]);
             outer.push([by_all[0], by_all[1]]);
             (2..6).for_each(|k| by_line[k] += by_all[k]);
         }
-        let (by_nose, by_tail) = self.nose.pull_back([by_line[2], by_line[3]]);
-        for (node, by) in outer.iter_mut().zip(by_nose) {
-            (0..2).for_each(|c| node[c] += by[c]);
+        let mut by_tail = [by_line[4], by_line[5]];
+        for ((by_nodes, by_end), weight) in self.nose.iter().zip([by_line[2], by_line[3]]) {
+            for (node, by) in outer.iter_mut().zip(by_nodes) {
+                (0..2).for_each(|c| node[c] += weight * by[c]);
+            }
+            (0..2).for_each(|c| by_tail[c] += weight * by_end[c]);
         }
-        let last = nodes.len() - 1;
+        let last = outer.len() - 1;
         for end in [0, last] {
-            (0..2).for_each(|c| outer[end][c] += 0.5 * (by_line[4 + c] + by_tail[c]));
+            (0..2).for_each(|c| outer[end][c] += 0.5 * by_tail[c]);
         }
         Derivatives { nodes: outer, ..inner }
     }
@@ -184,7 +208,7 @@ mod tests {
             frame.inside(&nodes).into_iter().enumerate().map(|(i, p)| [weight(i, 0), weight(i, 1) * p[1].cos()]);
         let inner =
             Derivatives { nodes: by_inside.collect(), alpha: 8.0 * frame.incidence(0.1), mach: 0.5, reynolds: 0.25 };
-        let exact = frame.pull_back(&nodes, inner);
+        let exact = frame.derivatives(&nodes).pull_back(inner);
         assert_eq!((exact.mach, exact.reynolds), (0.5, 0.25));
         for i in [0, 1, 20, 38, 39, 40, 41, 42, 60, 80] {
             for c in 0..2 {

@@ -1,11 +1,11 @@
 //! The inviscid problem: linear vortex panels that make the inside of the section a streamline.
 
 use super::edge::EdgeEquation;
-use super::kernel::stream_influence;
+use super::kernel::{Place, stream_influence};
 use super::outline::{Outline, TrailingEdge};
 use super::polar::{Polar, Straight};
 use crate::flow::FlowError;
-use crate::flow::linear::Factors;
+use crate::flow::linear::{Factors, add_scaled};
 use crate::plane::distance;
 use nalgebra::DMatrix;
 
@@ -41,16 +41,13 @@ impl PanelSystem {
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         let mut source = DMatrix::zeros(n, n - 1);
         let polar = Polar::among(&outline.nodes);
+        let mut seen = PanelColumns::new(n);
         for j in 0..n - 1 {
-            let panel = Straight::new(outline.panel(j));
-            for i in 0..n {
-                let seen = polar.seen_of_surface(i, [j, j + 1], &panel);
-                let at = panel.local(outline.nodes[i]);
-                let influence = seen.sight(at, panel.length, outline.place(i, j)).stream();
-                matrix[(i, j)] += influence.vortex[0];
-                matrix[(i, j + 1)] += influence.vortex[1];
-                source[(i, j)] = influence.source;
+            seen.fill(&outline, &polar, j);
+            for (end, influence) in seen.vortex.iter().enumerate() {
+                add_scaled(&mut matrix.column_mut(j + end).as_mut_slice()[..n], 1.0, influence);
             }
+            source.column_mut(j).copy_from_slice(&seen.source);
         }
         matrix.column_mut(n).rows_mut(0, n).fill(-1.0);
         if outline.trailing_edge == TrailingEdge::Blunt {
@@ -85,6 +82,42 @@ impl PanelSystem {
     pub fn strengths(&self, alpha: f64) -> Vec<f64> {
         let (sin, cos) = alpha.sin_cos();
         (0..self.outline.len()).map(|i| self.unit[(i, 0)] * cos + self.unit[(i, 1)] * sin).collect()
+    }
+}
+
+/// Stream function of one panel at all nodes.
+struct PanelColumns {
+    /// Per vortex strength at the start and at the end.
+    vortex: [Vec<f64>; 2],
+    /// Per constant source strength.
+    source: Vec<f64>,
+}
+
+impl PanelColumns {
+    fn new(nodes: usize) -> Self {
+        let room = || vec![0.0; nodes];
+        Self { vortex: [room(), room()], source: room() }
+    }
+
+    /// Computes the stream function of panel `j`. All nodes are taken as standing off the panel first, so that the
+    /// compiler can use vectors; then those at the ends are set right.
+    fn fill(&mut self, outline: &Outline, polar: &Polar, j: usize) {
+        let n = outline.len();
+        let panel = Straight::new(outline.panel(j));
+        let pairs = polar.pairs_of([j, j + 1]).of(0..n);
+        let nodes = &outline.nodes[..n];
+        let ([start, end], source) = (self.vortex.each_mut().map(|v| &mut v[..n]), &mut self.source[..n]);
+        for i in 0..n {
+            let influence = pairs.surface_sight(i, nodes[i], &panel, Place::Elsewhere).stream();
+            [start[i], end[i]] = influence.vortex;
+            source[i] = influence.source;
+        }
+        // the other ends of a sharp edge, too, stand on the first and the last panel
+        for i in [0, j, j + 1, n - 1] {
+            let influence = pairs.surface_sight(i, nodes[i], &panel, outline.place(i, j)).stream();
+            [start[i], end[i]] = influence.vortex;
+            source[i] = influence.source;
+        }
     }
 }
 

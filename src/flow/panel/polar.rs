@@ -128,13 +128,6 @@ impl Polar {
     pub fn seen_of_surface(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
         self.pairs_of(ends).of_surface(point, panel)
     }
-
-    /// A wake panel between two vertices seen from a point, for the stream function: the cut leaves the panel straight
-    /// ahead.
-    #[inline(always)]
-    pub fn seen_of_wake(&self, point: usize, ends: [usize; 2], panel: &Straight) -> Seen {
-        self.pairs_of(ends).of_wake(point, panel)
-    }
 }
 
 /// A panel between two vertices as all points see it.
@@ -160,17 +153,29 @@ impl Pairs<'_> {
         }
     }
 
-    /// A surface panel seen from a point; see [`Polar::seen_of_surface`].
+    /// A surface panel seen from a point, for the stream function: the cut leaves the panel along its right-hand normal.
     #[inline(always)]
     pub fn of_surface(&self, point: usize, panel: &Straight) -> Seen {
         self.seen(point, panel.angle, -FRAC_PI_2)
     }
 
-    /// A wake panel seen from a point; see [`Polar::seen_of_wake`].
+    /// A wake panel seen from a point, for the stream function: the cut leaves the panel straight ahead.
     #[inline(always)]
     pub fn of_wake(&self, point: usize, panel: &Straight) -> Seen {
         let Seen { logs, angles: [a, b] } = self.seen(point, panel.angle, 0.0);
         Seen { logs, angles: [a - PI, b - PI] }
+    }
+
+    /// A surface panel at its place to point number `number`, which stands at `point`.
+    #[inline(always)]
+    pub fn surface_sight(&self, number: usize, point: [f64; 2], panel: &Straight, place: Place) -> Sight<f64> {
+        self.of_surface(number, panel).sight(panel.local(point), panel.length, place)
+    }
+
+    /// A wake panel at its place to point number `number`, which stands at `point`.
+    #[inline(always)]
+    pub fn wake_sight(&self, number: usize, point: [f64; 2], panel: &Straight, place: Place) -> Sight<f64> {
+        self.of_wake(number, panel).sight(panel.local(point), panel.length, place)
     }
 }
 
@@ -331,7 +336,8 @@ mod tests {
             if place == Place::End {
                 continue; // on the cut of the wake's panels; no node of a section stands there
             }
-            let wake = polar.seen_of_wake(0, [0, 1], &straight).sight(straight.local(point), straight.length, place);
+            let wake =
+                polar.pairs_of([0, 1]).of_wake(0, &straight).sight(straight.local(point), straight.length, place);
             let (own, other) = (wake.wake_stream(), wake_source_stream(panel, point, place));
             close(own[0], other[0]);
             close(own[1], other[1]);

@@ -36,6 +36,8 @@ pub(crate) struct PanelRecord {
     state: Evaluated,
     /// The coupled system linearised at the unknowns, from the first derivatives on that are asked for.
     at: OnceLock<Linearised>,
+    /// The factors of that system, where it is regular.
+    reduced: OnceLock<Option<Reduced>>,
     /// Vortex strengths at the nodes, in units of the onset speed.
     strengths: Vec<f64>,
 }
@@ -55,7 +57,8 @@ impl PanelRecord {
         let End { unknowns, state, .. } = end;
         let wake_mass = &state.mass[state.numbering.wake_start()..];
         let strengths = node_strengths(&section, &flow, &state.node_mass, wake_mass);
-        Self { section, flow, layout, stream, nodes, unknowns, state, at: OnceLock::new(), strengths }
+        let (at, reduced) = (OnceLock::new(), OnceLock::new());
+        Self { section, flow, layout, stream, nodes, unknowns, state, at, reduced, strengths }
     }
 
     pub fn system(&self) -> System<'_> {
@@ -64,6 +67,12 @@ impl PanelRecord {
 
     fn at(&self) -> &Linearised {
         self.at.get_or_init(|| self.system().linearise(&self.unknowns))
+    }
+
+    /// The factors of the linearised system, where it is regular. They are kept, because derivatives, estimates of the
+    /// error and the slope of the lift need them in turn.
+    fn reduced(&self) -> Option<&Reduced> {
+        self.reduced.get_or_init(|| Reduced::new(self.at())).as_ref()
     }
 
     pub fn solved(&self) -> Solved<'_> {
@@ -84,7 +93,7 @@ impl PanelRecord {
     /// Derivative of the lift coefficient with respect to the angle of attack (per radian), with the wake held where it
     /// is.
     pub fn lift_slope(&self) -> Option<f64> {
-        Some(outputs::lift_slope(&self.solved(), &Reduced::new(self.at())?))
+        Some(outputs::lift_slope(&self.solved(), self.reduced()?))
     }
 
     /// Spline coefficients of x (`c` = 0) or y (`c` = 1) over the node index.
@@ -219,8 +228,8 @@ impl Record for PanelRecord {
     }
 
     fn gradients(&self) -> Option<Gradients> {
-        let inside = gradients(&self.solved(), &Reduced::new(self.at())?);
-        Some(inside.map(|by| self.nodes.frame.pull_back(&self.nodes.given, by)))
+        let frame = self.nodes.frame.derivatives(&self.nodes.given);
+        Some(gradients(&self.solved(), self.reduced()?).map(|by| frame.pull_back(by)))
     }
 
     fn panel_error(&self, gradients: &Gradients) -> Option<Coefficients> {
@@ -228,13 +237,13 @@ impl Record for PanelRecord {
     }
 
     fn station_error(&self) -> Option<Coefficients> {
-        Some(station_error(&self.solved(), &Reduced::new(self.at())?))
+        Some(station_error(&self.solved(), self.reduced()?))
     }
 
     fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {
-        let inside = pressure_gradients(weights, &self.solved(), &Reduced::new(self.at())?);
-        let given = |by| self.nodes.frame.pull_back(&self.nodes.given, by);
-        Some(inside.into_iter().map(given).collect())
+        let frame = self.nodes.frame.derivatives(&self.nodes.given);
+        let inside = pressure_gradients(weights, &self.solved(), self.reduced()?);
+        Some(inside.into_iter().map(|by| frame.pull_back(by)).collect())
     }
 
     fn distributions(&self) -> Distributions {

@@ -240,7 +240,8 @@ impl StreamtubeRecord {
     fn derivatives(&self) -> Option<&[Derivatives; OUTPUTS]> {
         let find = || {
             let inside = derivatives(&self.problem, &self.unknowns, self.base.as_ref(), &self.peaks)?;
-            Some(inside.map(|by| self.nodes.frame.pull_back(&self.nodes.given, by)))
+            let frame = self.nodes.frame.derivatives(&self.nodes.given);
+            Some(inside.map(|by| frame.pull_back(by)))
         };
         self.derivatives.get_or_init(find).as_ref()
     }

@@ -151,15 +151,25 @@ pub(super) fn number(word: &str) -> Option<Field> {
             text.parse().unwrap_or(i32::MAX)
         }
     };
-    let sign = if word.starts_with('-') { "-" } else { "" };
-    let value = format!("{sign}{mantissa}e{power}").parse().ok()?;
+    let value = match exponent {
+        None => word.parse().ok()?,
+        Some(_) => {
+            let sign = if word.starts_with('-') { "-" } else { "" };
+            format!("{sign}{mantissa}e{power}").parse().ok()?
+        }
+    };
     let decimals = i32::try_from(behind.len()).unwrap_or(i32::MAX);
     Some(Field { value, decimals, exponent: power, whole: behind.is_empty() && exponent.is_none() })
 }
 
 /// Marks that programs write where a number is missing or too long for its column.
 fn no_number(word: &str) -> bool {
-    let word = word.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    let word = word.trim_start_matches(['+', '-']);
+    // most words are numbers with digits behind a point
+    if word.starts_with(|c: char| c == '.' || c == '0') {
+        return false;
+    }
+    let word = word.to_ascii_lowercase();
     let overflow = word.len() > 1 && word.bytes().all(|b| b == b'*');
     overflow || ["nan", "inf", "infinity", "1.#qnan", "1.#ind", "1.#inf"].contains(&word.as_str())
 }

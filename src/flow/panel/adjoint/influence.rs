@@ -48,28 +48,41 @@ pub(super) fn origin() -> [Dual4; 2] {
     ORIGIN.map(Dual4::from_re)
 }
 
-/// Stream function of a panel of the surface.
+/// Stream functions of a panel of the surface for two pairs of sheets on it, which share the kernels.
 struct SurfaceStream<'a> {
     pairs: Pairs<'a>,
     panel: Straight,
+    sheets: [PanelSheets; 2],
+}
+
+/// The sheets on one panel.
+#[derive(Debug, Clone, Copy)]
+struct PanelSheets {
     /// Vortex strengths at the two ends.
     strengths: [f64; 2],
     /// Rise of the smoothed mass defect over the panel.
     jump: f64,
 }
 
-impl Quantity<3> for SurfaceStream<'_> {
+impl PanelSheets {
+    fn new(sheets: &Strengths, j: usize) -> Self {
+        let Strengths { nodes, smoothed, .. } = sheets;
+        Self { strengths: [nodes[j], nodes[j + 1]], jump: smoothed[j + 1] - smoothed[j] }
+    }
+}
+
+impl Quantity<3, 2> for SurfaceStream<'_> {
     #[inline(always)]
     fn of(&self, points: Range<usize>) -> Self {
         Self { pairs: self.pairs.of(points), ..*self }
     }
 
     #[inline(always)]
-    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 3] {
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [[f64; 3]; 2] {
         let influence = self.pairs.of_surface(i, &self.panel).sight(at, length, place).stream();
-        let stream = influence.vortex[0] * self.strengths[0] + influence.vortex[1] * self.strengths[1]
-            - influence.source * (length.recip() * self.jump);
-        stream.eps
+        let [a, b] = influence.vortex;
+        let source = influence.source * length.recip();
+        self.sheets.map(|own| (a * own.strengths[0] + b * own.strengths[1] - source * own.jump).eps)
     }
 }
 
@@ -88,48 +101,59 @@ impl Quantity<3> for WakeStream<'_> {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 3] {
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [[f64; 3]; 1] {
         let [a, b] = self.pairs.of_wake(i, &self.panel).sight(at, length, place).wake_stream();
-        (a * self.strengths[0] + b * self.strengths[1]).eps
+        [(a * self.strengths[0] + b * self.strengths[1]).eps]
     }
 }
 
-/// Adds the derivatives of the panel equations with respect to the nodes and the angle of attack, for the given strengths
-/// of the sheets on the section.
-pub(super) fn add_panels(reverse: &Reverse, sheets: &Strengths, weights: &PanelWeights, collected: &mut Collected) {
+/// Adds the derivatives of the panel equations with respect to the nodes and the angle of attack, for two pairs of
+/// sheets on the section, each with its multipliers: those of the solution, and those of the flow without boundary layer
+/// that carries the wake.
+pub(super) fn add_panels(reverse: &Reverse, parts: [(&Strengths, &PanelWeights); 2], collected: &mut Collected) {
     let outline = &reverse.section.panels.outline;
     let n = outline.len();
-    let Strengths { nodes: strengths, smoothed, .. } = sheets;
+    let points =
+        parts.map(|(_, weights)| Points::new(&outline.nodes, |i| lanes(&weights.stream, |weights| weights[i])));
+    for ((_, weights), points) in parts.iter().zip(&points) {
+        add_onset(reverse, weights, points, collected);
+    }
+    let mut slopes = Slopes::<3, 2>::zeros(n);
+    let mut by_point = [(); 2].map(|()| Vectors::new([0.0; 2], n));
+    let mut sums = [(); 2].map(|()| Vec::with_capacity(n));
+    for j in 0..n - 1 {
+        let panel = Straight::new(outline.panel(j));
+        let pairs = reverse.section.panels.polar.pairs_of([j, j + 1]);
+        let stream = SurfaceStream { pairs, panel, sheets: parts.map(|(sheets, _)| PanelSheets::new(sheets, j)) };
+        // the other ends of a sharp edge, too, stand on the first and the last panel
+        slopes.fill(&points[0], &panel, &stream, [0, j, j + 1, n - 1], |i| outline.place(i, j));
+        for m in 0..2 {
+            sums[m].push(panel_sums(&points[m], &slopes, m));
+            slopes.add_outer(m, &panel, &mut by_point[m]);
+        }
+    }
+    for (m, (sheets, _)) in parts.into_iter().enumerate() {
+        scatter_ends(&sums[m], &outline.nodes, &mut collected.nodes);
+        if outline.trailing_edge == TrailingEdge::Blunt {
+            let speed = 0.5 * (sheets.nodes[0] - sheets.nodes[n - 1]);
+            add_closing(reverse, speed, &points[m], &mut by_point[m], collected);
+        }
+        points[m].add_weighted(&by_point[m], collected);
+    }
+}
+
+/// Adds the stream function of the onset flow at the nodes, y cos α − x sin α.
+fn add_onset(reverse: &Reverse, weights: &PanelWeights, points: &Points, collected: &mut Collected) {
     let (sin, cos) = reverse.flow.alpha.sin_cos();
-    let points = Points::new(&outline.nodes, |i| lanes(&weights.stream, |weights| weights[i]));
-    // stream function of the onset flow: y cos α − x sin α
     for (nodes, weights) in collected.nodes.iter_mut().zip(weights.stream.iter()) {
         for (node, w) in nodes.iter_mut().zip(weights) {
             node[0] -= w * sin;
             node[1] += w * cos;
         }
     }
-    for (point, weights) in outline.nodes.iter().zip(&points.weights) {
+    for (point, weights) in reverse.section.panels.outline.nodes.iter().zip(&points.weights) {
         collected.alpha -= weights * (point[1] * sin + point[0] * cos);
     }
-    let mut slopes = Slopes::zeros(n);
-    let mut by_point = Vectors::new([0.0; 2], n);
-    let mut sums = Vec::with_capacity(n);
-    for j in 0..n - 1 {
-        let panel = Straight::new(outline.panel(j));
-        let jump = smoothed[j + 1] - smoothed[j];
-        let pairs = reverse.section.panels.polar.pairs_of([j, j + 1]);
-        let stream = SurfaceStream { pairs, panel, strengths: [strengths[j], strengths[j + 1]], jump };
-        // the other ends of a sharp edge, too, stand on the first and the last panel
-        slopes.fill(&points, &panel, &stream, [0, j, j + 1, n - 1], |i| outline.place(i, j));
-        sums.push(panel_sums(&points, &slopes));
-        slopes.add_outer(&panel, &mut by_point);
-    }
-    scatter_ends(&sums, &outline.nodes, &mut collected.nodes);
-    if outline.trailing_edge == TrailingEdge::Blunt {
-        add_closing(reverse, 0.5 * (strengths[0] - strengths[n - 1]), &points, &mut by_point, collected);
-    }
-    points.add_weighted(&by_point, collected);
 }
 
 /// Vortex and source strength of the closing panel per unit edge speed, with derivatives with respect to the first two
@@ -182,11 +206,11 @@ impl Quantity<5> for ClosingStream<'_> {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 5] {
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [[f64; 5]; 1] {
         let influence = self.pairs.of_surface(i, &self.panel).sight(at, length, place).stream();
         let by_vortex = influence.vortex[0] + influence.vortex[1];
         let [x, z, stretch] = (by_vortex * self.vortex + influence.source * self.source).eps;
-        [x, z, stretch, by_vortex.re, influence.source.re]
+        [[x, z, stretch, by_vortex.re, influence.source.re]]
     }
 }
 
@@ -201,8 +225,8 @@ fn add_closing(reverse: &Reverse, speed: f64, points: &Points, by_point: &mut Ve
     let stream = ClosingStream { pairs, panel, vortex: vortex.re * speed, source: source.re * speed };
     let mut slopes = Slopes::zeros(n);
     slopes.fill(points, &panel, &stream, [0, n - 1], |i| outline.place(i, n - 1));
-    panel_sums(points, &slopes).scatter(outline.panel(n - 1), [n - 1, 0], &mut collected.nodes);
-    slopes.add_outer(&panel, by_point);
+    panel_sums(points, &slopes, 0).scatter(outline.panel(n - 1), [n - 1, 0], &mut collected.nodes);
+    slopes.add_outer(0, &panel, by_point);
     let [by_vortex, by_source] = [3, 4].map(|number| points.sum(&slopes, number) * speed);
     scatter_edge(gradient(&vortex), &by_vortex, &mut collected.nodes);
     scatter_edge(gradient(&source), &by_source, &mut collected.nodes);
@@ -229,8 +253,8 @@ pub(super) fn add_wake_stream(
         let pairs = reverse.flow.polar.pairs_of([h, h + 1]);
         let stream = WakeStream { pairs, panel, strengths: [strengths[h], strengths[h + 1]] };
         slopes.fill(&nodes, &panel, &stream, [0, n - 1], |i| edge_place(outline, i, h));
-        sums.push(panel_sums(&nodes, &slopes));
-        slopes.add_outer(&panel, &mut by_node);
+        sums.push(panel_sums(&nodes, &slopes, 0));
+        slopes.add_outer(0, &panel, &mut by_node);
     }
     scatter_ends(&sums, points, by_points);
     nodes.add_weighted(&by_node, collected);

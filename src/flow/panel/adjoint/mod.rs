@@ -68,8 +68,9 @@ fn gradients_of(direct: &Coefficients<Direct>, solved: &Solved, reduced: &Reduce
     let mut collected = Collected::new(direct);
     collected.add_gas(solved, &reverse);
     let weights = influence::panel_weights(reverse.section, &reverse.strengths);
-    influence::add_panels(&reverse, &reverse.at_solution, &weights, &mut collected);
-    wake::add_wake(solved, &reverse, &weights, &mut collected);
+    let (inviscid, inviscid_weights) = wake::add_wake(solved, &reverse, &weights, &mut collected);
+    let parts = [(&reverse.at_solution, &weights), (&inviscid, &inviscid_weights)];
+    influence::add_panels(&reverse, parts, &mut collected);
     surface::add_surface(solved, &reverse, direct, &mut collected);
     let mut gradients = collected.finish();
     for (gradient, direct) in gradients.iter_mut().zip(direct.iter()) {

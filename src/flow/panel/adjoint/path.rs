@@ -4,7 +4,7 @@
 //! solution.
 
 use super::edge::add_cut;
-use super::influence::{PanelWeights, add_panels, edge_frame_dual, panel_weights, scatter_edge};
+use super::influence::{PanelWeights, edge_frame_dual, panel_weights, scatter_edge};
 use super::reverse::{Collected, Lanes, Reverse, Strengths, lanes};
 use super::sums::Points;
 use super::velocity::{Observers, Velocities};
@@ -13,14 +13,19 @@ use crate::flow::duals::{Dual2, Dual8, gradient};
 use crate::flow::panel::streamline;
 use num_dual::DualNum;
 
-/// Adds the effect of the path for given sensitivities to the nodes of the wake.
-pub(super) fn add_path(reverse: &Reverse, by_nodes: &Coefficients<Vec<[f64; 2]>>, collected: &mut Collected) {
+/// Adds the effect of the path for given sensitivities to the nodes of the wake, but for the panel equations of the flow
+/// that the path follows. The result holds the sheets of that flow and the multipliers of the panel equations for them.
+pub(super) fn add_path(
+    reverse: &Reverse,
+    by_nodes: &Coefficients<Vec<[f64; 2]>>,
+    collected: &mut Collected,
+) -> (Strengths, PanelWeights) {
     add_start(reverse, by_nodes, collected);
     let across = Across::new(reverse, by_nodes);
     let weights = panel_weights(reverse.section, &across.by_strength(reverse));
     let sheets = Strengths::inviscid(reverse.flow);
-    add_panels(reverse, &sheets, &weights, collected);
     add_velocities(reverse, &across, &weights, &sheets, collected);
+    (sheets, weights)
 }
 
 /// Adds how the path moves and turns with the trailing edge that it leaves, for the velocities held.

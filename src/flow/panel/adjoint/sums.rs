@@ -57,7 +57,7 @@ impl Points {
         [self.x[i], self.y[i]]
     }
 
-    /// The weighted sum over the points of the number at position `number`.
+    /// The weighted sum over the points of the number at position `number` of the only quantity.
     pub fn sum<const N: usize>(&self, slopes: &Slopes<N>, number: usize) -> Lanes {
         Lanes::from_fn(|o, _| slopes.weighted(number, &self.by_coefficient[o]))
     }
@@ -84,7 +84,7 @@ const STEP: usize = 8;
 const _: () = assert!(BLOCK.is_multiple_of(STEP), "sums would leave numbers out");
 
 /// The numbers of one quantity at the points of a block.
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 struct SlopeBlock<const N: usize> {
     /// The numbers, kind after kind, one per point.
     numbers: [[f64; BLOCK]; N],
@@ -92,24 +92,24 @@ struct SlopeBlock<const N: usize> {
     turn: [[f64; BLOCK]; 2],
 }
 
-/// The values at all points of a quantity that one panel contributes to. The first three numbers per point are the
-/// derivatives of the quantity with respect to the coordinates of the point in the frame of the panel and to the length
-/// of the panel.
-pub(super) struct Slopes<const N: usize>(Vec<SlopeBlock<N>>);
+/// The values at all points of `M` quantities that one panel contributes to. The first three numbers per point and
+/// quantity are the derivatives of the quantity with respect to the coordinates of the point in the frame of the panel
+/// and to the length of the panel.
+pub(super) struct Slopes<const N: usize, const M: usize = 1>(Vec<[SlopeBlock<N>; M]>);
 
-impl<const N: usize> Slopes<N> {
+impl<const N: usize, const M: usize> Slopes<N, M> {
     pub fn zeros(points: usize) -> Self {
         let block = SlopeBlock { numbers: [[0.0; BLOCK]; N], turn: [[0.0; BLOCK]; 2] };
-        Self(vec![block; points.div_ceil(BLOCK)])
+        Self(vec![[block; M]; points.div_ceil(BLOCK)])
     }
 
-    /// Evaluates a quantity at all points. Points listed in `special` take the place on the panel that `place` gives;
+    /// Evaluates the quantities at all points. Points listed in `special` take the place on the panel that `place` gives;
     /// all others lie elsewhere.
     pub fn fill(
         &mut self,
         points: &Points,
         panel: &Straight,
-        quantity: &impl Quantity<N>,
+        quantity: &impl Quantity<N, M>,
         special: impl IntoIterator<Item = usize>,
         place: impl Fn(usize) -> Place,
     ) {
@@ -118,31 +118,32 @@ impl<const N: usize> Slopes<N> {
             fill_vectorised(block, [&points.x[range.clone()], &points.y[range.clone()]], panel, &quantity.of(range));
         }
         for (i, place) in special.into_iter().map(|i| (i, place(i))).filter(|(_, place)| *place != Place::Elsewhere) {
-            let block = &mut self.0[i / BLOCK];
-            block.set(i % BLOCK, seen(panel, points.at(i), quantity, i, place));
+            set(&mut self.0[i / BLOCK], i % BLOCK, seen(panel, points.at(i), quantity, i, place));
         }
     }
 
-    /// Adds the slopes, turned into the outer frame, to the derivatives with respect to every point.
-    pub fn add_outer(&self, panel: &Straight, by_point: &mut Vectors) {
-        self.add_vectors([0, 1], panel, by_point);
+    /// Adds the slopes of quantity `m`, turned into the outer frame, to the derivatives with respect to every point.
+    pub fn add_outer(&self, m: usize, panel: &Straight, by_point: &mut Vectors) {
+        self.add_vectors(m, [0, 1], panel, by_point);
     }
 
-    /// Adds the vectors whose coordinates in the frame of the panel are the numbers at the positions `along` and
-    /// `across`.
-    pub fn add_vectors(&self, [along, across]: [usize; 2], panel: &Straight, sums: &mut Vectors) {
+    /// Adds the vectors whose coordinates in the frame of the panel are the numbers of quantity `m` at the positions
+    /// `along` and `across`.
+    pub fn add_vectors(&self, m: usize, [along, across]: [usize; 2], panel: &Straight, sums: &mut Vectors) {
         let [x, y] = &mut sums.0;
         for ((block, x), y) in self.0.iter().zip(x.chunks_mut(BLOCK)).zip(y.chunks_mut(BLOCK)) {
-            add_outer(panel, &block.numbers[along], &block.numbers[across], x, y);
+            add_outer(panel, &block[m].numbers[along], &block[m].numbers[across], x, y);
         }
     }
+}
 
-    /// The weighted sum over the points of the number at position `k`.
-    pub fn weighted(&self, k: usize, weights: &[f64]) -> f64 {
+impl<const N: usize> Slopes<N> {
+    /// The weighted sum over the points of the number at position `k` of the only quantity.
+    fn weighted(&self, k: usize, weights: &[f64]) -> f64 {
         self.0
             .iter()
             .zip(weights.chunks(BLOCK))
-            .map(|(block, weights)| dot(&block.numbers[k][..weights.len()], weights))
+            .map(|([block], weights)| dot(&block.numbers[k][..weights.len()], weights))
             .sum()
     }
 }
@@ -153,14 +154,21 @@ impl<const N: usize> SlopeBlock<N> {
     fn slopes(&self) -> [&[f64; BLOCK]; 3] {
         std::array::from_fn(|k| &self.numbers[k])
     }
+}
 
-    #[inline(always)]
-    fn set(&mut self, i: usize, (numbers, turn): ([f64; N], [f64; 2])) {
+/// Writes the numbers of all quantities at point `i` of a block.
+#[inline(always)]
+fn set<const N: usize, const M: usize>(
+    block: &mut [SlopeBlock<N>; M],
+    i: usize,
+    (numbers, turn): ([[f64; N]; M], [[f64; 2]; M]),
+) {
+    for m in 0..M {
         for k in 0..N {
-            self.numbers[k][i] = numbers[k];
+            block[m].numbers[k][i] = numbers[m][k];
         }
         for c in 0..2 {
-            self.turn[c][i] = turn[c];
+            block[m].turn[c][i] = turn[m][c];
         }
     }
 }
@@ -192,46 +200,52 @@ impl Vectors {
     }
 }
 
-/// A quantity at a point that one panel contributes to.
-pub(super) trait Quantity<const N: usize> {
-    /// The quantity for a range of points only, so that a loop over these runs without checks of the index.
+/// Quantities at a point that one panel contributes to.
+pub(super) trait Quantity<const N: usize, const M: usize = 1> {
+    /// The quantities for a range of points only, so that a loop over these runs without checks of the index.
     fn of(&self, points: Range<usize>) -> Self;
 
-    /// The numbers of the quantity at point `i`, which has the coordinates `at` in the frame of the panel.
-    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; N];
+    /// The numbers of the quantities at point `i`, which has the coordinates `at` in the frame of the panel.
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [[f64; N]; M];
 
-    /// Coefficients of the unit vector along the panel at point `i`, beyond those that follow from the slopes.
+    /// Coefficients of the unit vector along the panel at point `i` for one quantity, beyond those that follow from the
+    /// slopes.
     #[inline(always)]
     fn beyond(&self, _i: usize, _numbers: &[f64; N]) -> [f64; 2] {
         [0.0; 2]
     }
 }
 
-/// The numbers of a quantity at point `i`, which stands at `point`, and the coefficients of the unit vector along the
-/// panel.
+/// The numbers of the quantities at point `i`, which stands at `point`, and the coefficients of the unit vector along
+/// the panel.
 #[inline(always)]
-fn seen<const N: usize>(
+fn seen<const N: usize, const M: usize>(
     panel: &Straight,
     point: [f64; 2],
-    quantity: &impl Quantity<N>,
+    quantity: &impl Quantity<N, M>,
     i: usize,
     place: Place,
-) -> ([f64; N], [f64; 2]) {
+) -> ([[f64; N]; M], [[f64; 2]; M]) {
     let (at, length) = variables(panel, point);
     let numbers = quantity.at(i, at, length, place);
-    let ([x, y], [more_x, more_y]) = (turned(panel, point, numbers[0], numbers[1]), quantity.beyond(i, &numbers));
-    (numbers, [x + more_x, y + more_y])
+    let mut turn = [[0.0; 2]; M];
+    for m in 0..M {
+        let ([x, y], [more_x, more_y]) =
+            (turned(panel, point, numbers[m][0], numbers[m][1]), quantity.beyond(i, &numbers[m]));
+        turn[m] = [x + more_x, y + more_y];
+    }
+    (numbers, turn)
 }
 
 /// The loop of [`Slopes::fill`], compiled for the vectors the processor has.
-struct Fill<'a, const N: usize, Q> {
-    block: &'a mut SlopeBlock<N>,
+struct Fill<'a, const N: usize, const M: usize, Q> {
+    block: &'a mut [SlopeBlock<N>; M],
     points: [&'a [f64]; 2],
     panel: &'a Straight,
     quantity: &'a Q,
 }
 
-impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
+impl<const N: usize, const M: usize, Q: Quantity<N, M>> NullaryFnOnce for Fill<'_, N, M, Q> {
     type Output = ();
 
     #[inline(always)]
@@ -240,15 +254,15 @@ impl<const N: usize, Q: Quantity<N>> NullaryFnOnce for Fill<'_, N, Q> {
         let count = x.len().min(BLOCK);
         let (x, y, quantity) = (&x[..count], &y[..count], quantity.of(0..count));
         for i in 0..count {
-            block.set(i, seen(panel, [x[i], y[i]], &quantity, i, Place::Elsewhere));
+            set(block, i, seen(panel, [x[i], y[i]], &quantity, i, Place::Elsewhere));
         }
     }
 }
 
 /// Fills a block. The function is never inlined, so that the compiler knows that it writes to nothing it reads.
 #[inline(never)]
-fn fill_vectorised<const N: usize, Q: Quantity<N>>(
-    block: &mut SlopeBlock<N>,
+fn fill_vectorised<const N: usize, const M: usize, Q: Quantity<N, M>>(
+    block: &mut [SlopeBlock<N>; M],
     points: [&[f64]; 2],
     panel: &Straight,
     quantity: &Q,
@@ -259,17 +273,23 @@ fn fill_vectorised<const N: usize, Q: Quantity<N>>(
 /// Number of sums per panel: two of the shift, two of the turn, one of the stretch.
 const SUMS: usize = 5;
 
-/// The sums over the points for a panel with the given slopes.
-pub(super) fn panel_sums<const N: usize>(points: &Points, slopes: &Slopes<N>) -> PanelSums {
-    let sums = pulp::Arch::new().dispatch(Weighted { slopes, weights: &points.by_coefficient });
+/// The sums over the points for a panel with the given slopes of quantity `m`.
+pub(super) fn panel_sums<const N: usize, const M: usize>(
+    points: &Points,
+    slopes: &Slopes<N, M>,
+    m: usize,
+) -> PanelSums {
+    let sums = pulp::Arch::new().dispatch(Weighted { slopes, quantity: m, weights: &points.by_coefficient });
     let [along, across, x, y, stretch] = sums.map(|sums| Lanes::from_fn(|o, _| sums[o]));
     PanelSums { shift: [along, across], turn: [x, y], stretch }
 }
 
 /// Sums of terms times weights for every kind of term and every coefficient. This is a product of two narrow matrices,
 /// for which the blocks of a matrix library are too wide.
-struct Weighted<'a, const N: usize> {
-    slopes: &'a Slopes<N>,
+struct Weighted<'a, const N: usize, const M: usize> {
+    slopes: &'a Slopes<N, M>,
+    /// The quantity whose slopes are summed.
+    quantity: usize,
     /// Weights of every coefficient, filled up with zeros to whole steps.
     weights: &'a [Vec<f64>; PADDED],
 }
@@ -279,7 +299,7 @@ const TOGETHER: usize = 2;
 /// Number of coefficients, rounded up to whole groups.
 const PADDED: usize = COEFFICIENTS.next_multiple_of(TOGETHER);
 
-impl<const N: usize> WithSimd for Weighted<'_, N> {
+impl<const N: usize, const M: usize> WithSimd for Weighted<'_, N, M> {
     type Output = [[f64; PADDED]; SUMS];
 
     #[inline(always)]
@@ -288,6 +308,7 @@ impl<const N: usize> WithSimd for Weighted<'_, N> {
         for (group, weights) in self.weights.as_chunks::<TOGETHER>().0.iter().enumerate() {
             let mut many = [[simd.splat_f64s(0.0); SUMS]; TOGETHER];
             for (block, first) in self.slopes.0.iter().zip((0..).step_by(BLOCK)) {
+                let block = &block[self.quantity];
                 let ([along, across, stretch], [x, y]) = (block.slopes(), &block.turn);
                 let end = weights[0].len().min(first + BLOCK);
                 let weights = weights.each_ref().map(|weights| S::as_simd_f64s(&weights[first..end]).0);

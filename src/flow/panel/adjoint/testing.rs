@@ -1,6 +1,7 @@
 //! Fixtures of the tests of single terms of the reverse sweep: solutions with their multipliers, and the comparison of
 //! what a term collects with a forward sweep.
 
+use super::influence::{PanelWeights, add_panels};
 use super::reverse::{Collected, Lanes, Reverse, Strengths, lanes};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::panel::coupling::reduced::Reduced;
@@ -204,4 +205,19 @@ pub(super) fn velocity(
         add(influence, [frame.vortex * per_length; 2], [frame.source * per_length; 2]);
     }
     sum
+}
+
+/// Multipliers of the panel equations that are all zero.
+pub(super) fn no_weights(nodes: usize) -> PanelWeights {
+    PanelWeights { stream: Coefficients::<()>::default().map(|()| vec![0.0; nodes]), edge: Lanes::zeros() }
+}
+
+/// Adds the panel equations for one pair of sheets alone.
+pub(super) fn add_panels_of(
+    (sheets, weights): (Strengths, PanelWeights),
+    reverse: &Reverse,
+    collected: &mut Collected,
+) {
+    let none = no_weights(reverse.section.len());
+    add_panels(reverse, [(&sheets, &weights), (&reverse.at_solution, &none)], collected);
 }

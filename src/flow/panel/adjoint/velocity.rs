@@ -36,7 +36,7 @@ impl Quantity<5> for PanelVelocity<'_> {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [f64; 5] {
+    fn at(&self, i: usize, at: [Dual3; 2], length: Dual3, place: Place) -> [[f64; 5]; 1] {
         let v = self.pairs.of_surface(i, self.panel).sight(at, length, place).velocity();
         let constant = length.recip() * self.jump;
         let (a, b) = (v.vortex(0), v.vortex(1));
@@ -52,7 +52,7 @@ impl Quantity<5> for PanelVelocity<'_> {
         let [wx, wy] = self.directions.map(|v| v[i]);
         let [tx, ty] = self.panel.tangent;
         let speed = along * (wx * tx + wy * ty) + across * (wy * tx - wx * ty);
-        [speed.eps[0], speed.eps[1], speed.eps[2], along.re, across.re]
+        [[speed.eps[0], speed.eps[1], speed.eps[2], along.re, across.re]]
     }
 
     #[inline(always)]
@@ -166,9 +166,9 @@ impl Velocities {
     ) -> PanelSums {
         let panel = quantity.panel;
         self.slopes.fill(points, panel, quantity, special, place);
-        self.slopes.add_outer(panel, &mut self.by_point);
-        self.slopes.add_vectors([3, 4], panel, &mut self.velocity);
-        panel_sums(points, &self.slopes)
+        self.slopes.add_outer(0, panel, &mut self.by_point);
+        self.slopes.add_vectors(0, [3, 4], panel, &mut self.velocity);
+        panel_sums(points, &self.slopes, 0)
     }
 
     /// Adds the closing panel of a blunt edge, which moves with the nodes of the edge.

@@ -4,7 +4,7 @@
 use super::edge::add_cut;
 use super::influence::{PanelWeights, add_wake_stream, edge_frame_dual, scatter_edge};
 use super::path::add_path;
-use super::reverse::{Collected, Lanes, Reverse, lanes};
+use super::reverse::{Collected, Lanes, Reverse, Strengths, lanes};
 use super::sums::Points;
 use super::velocity::{HalfPanels, Observers, Velocities};
 use crate::flow::coefficients::Coefficients;
@@ -16,8 +16,14 @@ use crate::flow::panel::outline::TrailingEdge;
 use crate::flow::panel::solved::Solved;
 use crate::flow::panel::wake;
 
-/// Adds the derivatives that act through the wake.
-pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeights, collected: &mut Collected) {
+/// Adds the derivatives that act through the wake, but for the panel equations of the flow that the path follows, whose
+/// sheets and multipliers the result holds.
+pub(super) fn add_wake(
+    solved: &Solved,
+    reverse: &Reverse,
+    weights: &PanelWeights,
+    collected: &mut Collected,
+) -> (Strengths, PanelWeights) {
     let points = wake_points(&reverse.flow.path.nodes);
     let mut by_points = collected.nodes.as_ref().map(|_| vec![[0.0; 2]; points.len()]);
     add_wake_stream(reverse, weights, &points, &mut by_points, collected);
@@ -33,10 +39,10 @@ pub(super) fn add_wake(solved: &Solved, reverse: &Reverse, weights: &PanelWeight
         }
         by_nodes
     });
-    add_path(reverse, &by_nodes, collected);
     if reverse.section.panels.outline.trailing_edge == TrailingEdge::Blunt {
         add_dead_air(solved, reverse, collected);
     }
+    add_path(reverse, &by_nodes, collected)
 }
 
 /// Adds the velocities through the cut at the trailing edge and along the wake: positions of the panels and of the

@@ -5,7 +5,7 @@
 
 use super::subpanel;
 use crate::flow::FlowError;
-use crate::flow::linear::product;
+use crate::flow::linear::{add_scaled, product};
 use crate::flow::memory::Memo;
 use crate::flow::panel::inviscid::{PanelSystem, share_edge_rows};
 use crate::flow::panel::kernel::{Place, velocity_influence};
@@ -379,14 +379,20 @@ fn nodes_by_wake(
     let outline = &section.panels.outline;
     let n = outline.len();
     let mut stream = DMatrix::zeros(n + 1, points.len());
+    let mut ends = [vec![0.0; n], vec![0.0; n]];
     for h in 0..points.len() - 1 {
         let panel = Straight::new([points[h], points[h + 1]]);
+        let pairs = polar.pairs_of([h, h + 1]).of(0..n);
+        let nodes = &outline.nodes[..n];
+        let [start, end] = ends.each_mut().map(|end| &mut end[..n]);
         for i in 0..n {
-            let seen = polar.seen_of_wake(i, [h, h + 1], &panel);
-            let at = panel.local(outline.nodes[i]);
-            let [a, b] = seen.sight(at, panel.length, edge_place(outline, i, h)).wake_stream();
-            stream[(i, h)] -= a;
-            stream[(i, h + 1)] -= b;
+            [start[i], end[i]] = pairs.wake_sight(i, nodes[i], &panel, Place::Elsewhere).wake_stream();
+        }
+        for i in [0, n - 1] {
+            [start[i], end[i]] = pairs.wake_sight(i, nodes[i], &panel, edge_place(outline, i, h)).wake_stream();
+        }
+        for (k, influence) in [&*start, &*end].into_iter().enumerate() {
+            add_scaled(&mut stream.column_mut(h + k).as_mut_slice()[..n], -1.0, influence);
         }
     }
     share_edge_rows(&mut stream, n);
@@ -410,20 +416,25 @@ fn surface_to_wake(
     let (n, w) = (outline.len(), wake_nodes.len());
     let mut strength = DMatrix::zeros(w, n);
     let mut source = DMatrix::zeros(w, n - 1);
-    strength[(0, 0)] = 1.0;
     let frame = outline.edge_frame();
+    let (wake_nodes, tangents) = (&wake_nodes[..w], &tangents[..w]);
     let along = |k: usize, v: [f64; 2]| v[0] * tangents[k][0] + v[1] * tangents[k][1];
-    for j in 0..n - 1 {
+    for (j, source) in source.as_mut_slice().chunks_exact_mut(w).enumerate() {
         let panel = Straight::new(outline.panel(j));
-        for k in 1..w {
-            let seen = polar.seen_of_surface(k, [j, j + 1], &panel);
-            let v = seen.sight(panel.local(wake_nodes[k]), panel.length, Place::Elsewhere).velocity();
+        let pairs = polar.pairs_of([j, j + 1]).of(0..w);
+        let (start, end) = strength.as_mut_slice()[j * w..(j + 2) * w].split_at_mut(w);
+        // the trailing edge at k = 0, which stands on a panel, is set right below
+        for k in 0..w {
+            let v = pairs.surface_sight(k, wake_nodes[k], &panel, Place::Elsewhere).velocity();
             let [a, b] = [0, 1].map(|end| along(k, panel.outer(v.vortex(end))));
-            strength[(k, j)] += a;
-            strength[(k, j + 1)] += b;
-            source[(k, j)] = [0, 1].map(|end| along(k, panel.outer(v.source(end)))).iter().sum();
+            start[k] += a;
+            end[k] += b;
+            source[k] = [0, 1].map(|end| along(k, panel.outer(v.source(end)))).iter().sum();
         }
     }
+    strength.row_mut(0).fill(0.0);
+    source.row_mut(0).fill(0.0);
+    strength[(0, 0)] = 1.0;
     for k in 1..w {
         let along = |v: [f64; 2]| along(k, v);
         if outline.trailing_edge == TrailingEdge::Blunt {
@@ -457,17 +468,28 @@ fn source_per_defect(section: &SectionResponse, by_source: &DMatrix<f64>) -> DMa
 
 /// Speed along the wake per source strength at the ends of the half panels of the wake.
 fn wake_to_wake(wake_nodes: &[[f64; 2]], tangents: &[[f64; 2]], points: &[[f64; 2]], polar: &Polar) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(wake_nodes.len(), points.len());
+    let w = wake_nodes.len();
+    let (wake_nodes, tangents) = (&wake_nodes[..w], &tangents[..w]);
+    let mut matrix = DMatrix::zeros(w, points.len());
+    let mut ends = [vec![0.0; w], vec![0.0; w]];
     for h in 0..points.len() - 1 {
         let panel = Straight::new([points[h], points[h + 1]]);
-        for k in 1..wake_nodes.len() {
-            let seen = polar.seen_of_surface(k, [h, h + 1], &panel);
-            let v = seen.sight(panel.local(wake_nodes[k]), panel.length, wake_place(k, h)).velocity();
-            for end in 0..2 {
-                let v = panel.outer(v.source(end));
-                matrix[(k, h + end)] += v[0] * tangents[k][0] + v[1] * tangents[k][1];
-            }
+        let pairs = polar.pairs_of([h, h + 1]).of(0..w);
+        let along = |k: usize, v: [f64; 2]| v[0] * tangents[k][0] + v[1] * tangents[k][1];
+        let [start, end] = ends.each_mut().map(|end| &mut end[..w]);
+        for k in 0..w {
+            let v = pairs.surface_sight(k, wake_nodes[k], &panel, Place::Elsewhere).velocity();
+            [start[k], end[k]] = [0, 1].map(|end| along(k, panel.outer(v.source(end))));
+        }
+        // the node of the wake that this half panel starts or ends at
+        let k = h.div_ceil(2);
+        let v = pairs.surface_sight(k, wake_nodes[k], &panel, wake_place(k, h)).velocity();
+        [start[k], end[k]] = [0, 1].map(|end| along(k, panel.outer(v.source(end))));
+        for (end, influence) in [&*start, &*end].into_iter().enumerate() {
+            add_scaled(matrix.column_mut(h + end).as_mut_slice(), 1.0, influence);
         }
     }
+    // the trailing edge has the speed of the first node
+    matrix.row_mut(0).fill(0.0);
     matrix
 }

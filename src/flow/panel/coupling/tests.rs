@@ -3,7 +3,7 @@
 
 use super::projection;
 use super::reduced::Reduced;
-use super::response::{FlowResponse, SectionResponse, smooth, smooth_columns};
+use super::response::{FlowResponse, SectionResponse, smooth, smooth_columns, within_wall_reach};
 use super::system::{Stream, System};
 use crate::flow::TrailingEdge;
 use crate::flow::layer::{Change, Layout, State, Unknowns};
@@ -105,6 +105,21 @@ fn a_response_with_smoothed_columns_responds_as_to_a_smoothed_defect() {
         assert!(smoothed != mass && smoothed[..2] == mass[..2] && smoothed[n - 2..] == mass[n - 2..]);
         let columns = smooth_columns(&nalgebra::DMatrix::from_row_slice(1, n, &response));
         assert_equal_products("smoothing", [&smoothed, &response], [&mass, columns.as_slice()]);
+    }
+}
+
+#[test]
+fn spline_coefficients_of_the_wall_feel_no_node_beyond_their_reach() {
+    for record in cambered_flows() {
+        let section = record.solved().system.section;
+        let n = section.len();
+        let largest = section.wall.amax();
+        for (k, column) in section.wall.as_slice().chunks_exact(n).enumerate() {
+            let near = within_wall_reach(k, k, n);
+            let far = column.iter().enumerate().filter(|(i, _)| !near.contains(i));
+            assert!(far.into_iter().all(|(_, v)| v.abs() < 1e-17 * largest), "{k}");
+        }
+        assert!(within_wall_reach(0, 0, n).len() < n);
     }
 }
 

@@ -1,8 +1,8 @@
 //! The terms of the panel equations against forward sweeps of the kernels.
 
-use super::super::reverse::{Collected, Reverse, lanes};
+use super::super::reverse::{Collected, Reverse, Strengths, lanes};
 use super::super::testing::{
-    Sums, at_solutions, closing_stream, edge_speed, moving_ends, no_points, stream, wake_stream,
+    Sums, at_solutions, closing_stream, edge_speed, moving_ends, no_points, no_weights, stream, wake_stream,
 };
 use super::{PanelWeights, add_closing, add_panels, add_wake_stream, panel_weights};
 use crate::flow::panel::adjoint::influence::{Points, Vectors};
@@ -23,12 +23,19 @@ fn with_weights(check: impl Fn(&Reverse, &PanelWeights, &Outline, &Direction)) {
 #[test]
 fn panels_add_the_change_of_the_stream_function_at_the_nodes() {
     with_weights(|reverse, weights, outline, direction| {
-        let mut collected = Collected::nothing(outline.len());
-        add_panels(reverse, &reverse.at_solution, weights, &mut collected);
-        let alpha = moving(reverse.flow.alpha, direction.alpha);
-        let forward = stream(&reverse.at_solution, outline, &direction.moved(&outline.nodes), alpha);
-        let sums = Sums::zero().over(&collected, direction);
-        sums.assert_are("panels", &forward, |i| lanes(&weights.stream, |weights| weights[i]));
+        let (alpha, nodes) = (moving(reverse.flow.alpha, direction.alpha), direction.moved(&outline.nodes));
+        let inviscid = Strengths::inviscid(reverse.flow);
+        let none = no_weights(outline.len());
+        for sheets in [&reverse.at_solution, &inviscid] {
+            let forward = stream(sheets, outline, &nodes, alpha);
+            // with the multipliers in either place, and none in the other
+            for parts in [[(sheets, weights), (&inviscid, &none)], [(&inviscid, &none), (sheets, weights)]] {
+                let mut collected = Collected::nothing(outline.len());
+                add_panels(reverse, parts, &mut collected);
+                let sums = Sums::zero().over(&collected, direction);
+                sums.assert_are("panels", &forward, |i| lanes(&weights.stream, |weights| weights[i]));
+            }
+        }
     });
 }
 

@@ -1,7 +1,7 @@
 //! The path of the wake against a forward sweep through the flow without boundary layer.
 
 use super::super::reverse::{Collected, Lanes, Reverse, Strengths};
-use super::super::testing::{Sums, at_solutions, edge_frame, stream, velocity};
+use super::super::testing::{Sums, add_panels_of, at_solutions, edge_frame, stream, velocity};
 use super::add_path;
 use crate::flow::coefficients::Coefficients;
 use crate::flow::panel::edge::Cut;
@@ -62,7 +62,8 @@ fn the_path_adds_how_the_wake_follows_the_edge_the_incidence_and_the_flow() {
             let by_nodes =
                 Coefficients::from_array(std::array::from_fn(|o| (0..count).map(|k| weight(k, o)).collect()));
             let mut collected = Collected::nothing(outline.len());
-            add_path(reverse, &by_nodes, &mut collected);
+            let panels = add_path(reverse, &by_nodes, &mut collected);
+            add_panels_of(panels, reverse, &mut collected);
             let alpha = moving(reverse.flow.alpha, direction.alpha);
             let forward = path(reverse, &direction.moved(&outline.nodes), alpha);
             for (node, own) in forward.iter().zip(&reverse.flow.path.nodes) {

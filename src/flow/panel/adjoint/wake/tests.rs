@@ -3,7 +3,9 @@
 use super::super::influence::panel_weights;
 use super::super::path::tests::path;
 use super::super::reverse::{Collected, Lanes, Reverse, lanes};
-use super::super::testing::{Sums, at_solutions, edge_frame, moving_ends, no_points, velocity, wake_stream};
+use super::super::testing::{
+    Sums, add_panels_of, at_solutions, edge_frame, moving_ends, no_points, velocity, wake_stream,
+};
 use super::{add_dead_air, add_tangent, add_velocities, add_wake};
 use crate::flow::layer::{Derived, EdgeLaw};
 use crate::flow::panel::coupling::response::{wake_points, wake_tangents};
@@ -119,7 +121,8 @@ fn the_wake_as_a_whole_follows_the_nodes_of_the_section_and_the_incidence() {
         let outline = &reverse.section.panels.outline;
         let weights = panel_weights(reverse.section, &reverse.strengths);
         let mut collected = Collected::nothing(outline.len());
-        add_wake(solved, reverse, &weights, &mut collected);
+        let panels = add_wake(solved, reverse, &weights, &mut collected);
+        add_panels_of(panels, reverse, &mut collected);
         let (nodes, alpha) = (direction.moved(&outline.nodes), moving(reverse.flow.alpha, direction.alpha));
         let path = path(reverse, &nodes, alpha);
         let halves = path.windows(2).flat_map(|pair| [[0, 1].map(|c| (pair[0][c] + pair[1][c]) * 0.5), pair[1]]);
