@@ -17,9 +17,10 @@ const RELAXATION: f64 = 0.5;
 /// and an update by one step spoils what the others have found. There are never more of them than directions, as more
 /// steps than that say nothing that the latest of them do not say better.
 const REPEATED: usize = 20;
-/// Number of steps from which on the latest ones are gone through once more: the first steps of a run are long, and
-/// what they find is no better than what they spoil.
-const SETTLED: usize = 25;
+/// Number of steps from which on the latest ones are gone through once more, at least and at most: the first steps of a
+/// run are long, and what they find is no better than what they spoil. Between these bounds it is half as many steps
+/// again as there are directions.
+const SETTLED: [usize; 2] = [10, 25];
 /// Number of steps that are remembered.
 const REMEMBERED: usize = 300;
 /// Number of updates that are taken to be needed at least, where there are few directions.
@@ -78,7 +79,9 @@ impl Curvature {
         let weights = DVector::from_iterator(1 + multipliers.len(), weights);
         self.restart();
         let steps = std::mem::take(&mut self.steps);
-        let repeated = if steps.len() < SETTLED { 0 } else { REPEATED.min(self.matrix.nrows()) };
+        let directions = self.matrix.nrows();
+        let settled = (directions + directions / 2).clamp(SETTLED[0], SETTLED[1]);
+        let repeated = if steps.len() < settled { 0 } else { REPEATED.min(directions) };
         let latest = steps.len() - repeated;
         for step in steps.iter().chain(steps.range(latest..)) {
             self.update(&step.way, &(&step.changes * &weights));
