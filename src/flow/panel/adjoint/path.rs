@@ -8,9 +8,11 @@ use super::influence::{PanelWeights, edge_frame_dual, panel_weights, scatter_edg
 use super::reverse::{Collected, Lanes, Reverse, Strengths, lanes};
 use super::sums::Points;
 use super::velocity::{Observers, Velocities};
-use crate::flow::coefficients::Coefficients;
+use crate::flow::coefficients::{COEFFICIENTS, Coefficients};
 use crate::flow::duals::{Dual2, Dual8, gradient};
+use crate::flow::linear::product;
 use crate::flow::panel::streamline;
+use nalgebra::DMatrix;
 use num_dual::DualNum;
 
 /// Adds the effect of the path for given sensitivities to the nodes of the wake, but for the panel equations of the flow
@@ -73,15 +75,13 @@ impl Across {
 
     /// Sensitivities to the strengths at the nodes of the section.
     fn by_strength(&self, reverse: &Reverse) -> Coefficients<Vec<f64>> {
+        // one row per coefficient, one column per panel
+        let weights = |axis: usize| {
+            DMatrix::from_fn(COEFFICIENTS, self.weights.len(), |o, k| self.weights[k][o] * self.directions[k][axis])
+        };
         let [along_x, along_y] = &reverse.flow.path.by_strength;
-        let mut result = Coefficients::<()>::default().map(|()| vec![0.0; reverse.section.len()]);
-        for (k, ([nx, ny], weights)) in self.directions.iter().zip(&self.weights).enumerate() {
-            let influence = along_x.row(k) * *nx + along_y.row(k) * *ny;
-            for (by_strength, weight) in result.iter_mut().zip(weights) {
-                by_strength.iter_mut().zip(&influence).for_each(|(sum, influence)| *sum += weight * influence);
-            }
-        }
-        result
+        let sums = product(&weights(0), along_x) + product(&weights(1), along_y);
+        Coefficients::from_array(std::array::from_fn(|o| sums.row(o).iter().copied().collect()))
     }
 }
 
