@@ -109,7 +109,7 @@ pub(super) fn movement(grid: &Grid, station: usize, line: usize) -> Movement {
     Movement {
         free: !(on_wall && height == 0),
         by_layer: share * sign * fading,
-        by_gap: if behind && height == 0 { 0.5 * sign } else { 0.0 },
+        by_gap: if behind { 0.5 * sign * fading } else { 0.0 },
     }
 }
 
