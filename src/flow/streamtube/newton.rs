@@ -28,16 +28,61 @@ struct Progress {
     step: usize,
     gone: f64,
     residual: f64,
+    /// The state there.
+    state: Option<Unknowns>,
 }
 
 impl Progress {
     /// Whether nothing has come of many steps.
-    fn is_over(&mut self, step: usize, gone: f64, residual: f64) -> bool {
+    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns) -> bool {
         let (steps, fall, advance) = PATIENCE;
         if gone > self.gone + advance || residual < fall * self.residual {
-            *self = Self { step, gone, residual };
+            *self = Self { step, gone, residual, state: Some(unknowns.clone()) };
         }
         step - self.step > steps
+    }
+
+    /// The end of an iteration that failed after some steps. The unknowns are left where it came nearer to its end for the
+    /// last time: further steps have led away from a flow, and say nothing of it.
+    fn failed(self, steps: usize, unknowns: &mut Unknowns) -> Ended {
+        let Some(state) = self.state else { return Ended::failed(steps, f64::NAN) };
+        *unknowns = state;
+        Ended::failed(steps, self.residual)
+    }
+
+    /// The largest factor of the next step.
+    fn largest_factor(&self, step: usize) -> f64 {
+        CIRCLE.iter().fold(1.0, |factor, after| if step - self.step >= *after { 0.5 * factor } else { factor })
+    }
+}
+
+/// Numbers of steps after which steps are halved while nothing comes of them: close to a shock they can go round in a
+/// circle, which shorter ones leave.
+const CIRCLE: [usize; 2] = [6, 12];
+/// Factor by which a step is cut back where the equations have no value behind it, and the shortest one that is tried.
+const SHORTER: (f64, f64) = (0.4, 1e-3);
+
+/// A step that was taken, so that a shorter one can be taken instead.
+struct Taken {
+    before: Unknowns,
+    change: Unknowns,
+    factor: f64,
+    /// How far the way was gone before, and whether the step advanced on it.
+    gone: f64,
+    advance: bool,
+}
+
+impl Taken {
+    /// Shortens the step, and the way that it went; `false` where it is short already.
+    fn shorten(&mut self, way: &mut Way, unknowns: &mut Unknowns) -> bool {
+        let (shorter, shortest) = SHORTER;
+        self.factor *= shorter;
+        way.gone = self.gone;
+        *unknowns = self.before.stepped(&self.change, self.factor);
+        if self.advance {
+            way.advance(self.factor);
+        }
+        self.factor > shortest
     }
 }
 
@@ -167,49 +212,47 @@ pub(super) fn solve_near(
 
 /// Goes a way to its end.
 fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
-    let mut residual = f64::NAN;
     let mut spare: Option<Band> = None;
-    let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY };
+    let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY, state: None };
+    let mut taken: Option<Taken> = None;
     for steps in 0..limits.steps {
         let problem = way.problem();
         let band = spare.take().map_or_else(|| kept::zeros(&problem.grid), Band::cleared);
-        let Some(mut at) = problem.linearise_in(band, unknowns) else {
-            return Ended::failed(steps, residual);
-        };
-        residual = at.residuals.largest();
-        // written so that NaN ends it
+        let Some(mut at) = problem.linearise_in(band, unknowns) else { return progress.failed(steps, unknowns) };
+        let residual = at.residuals.largest();
+        // written so that NaN is one
         if !residual.is_finite() {
-            return Ended::failed(steps, residual);
+            spare = Some(at.band);
+            if taken.as_mut().is_some_and(|step| step.shorten(&mut way, unknowns)) {
+                continue;
+            }
+            return progress.failed(steps, unknowns);
         }
         if residual < limits.tolerance && way.gone == 1.0 {
             let base = Arc::new(Base { problem: problem.clone(), unknowns: unknowns.clone() });
             kept::keep(&base, at);
             return Ended::converged(steps, residual, base);
         }
-        if progress.is_over(steps, way.gone, residual) {
-            return Ended::failed(steps, residual);
+        if progress.is_over(steps, way.gone, residual, unknowns) {
+            return progress.failed(steps, unknowns);
         }
         let advance = way.gone < 1.0 && residual < limits.hold;
         if advance {
             add_direction(&way, &problem, unknowns, &mut at);
         }
-        let failed = Ended::failed(steps, residual);
-        let Linearised { band, residuals, .. } = &mut at;
-        let Some(change) =
-            band.factorised_step(&residuals.stations, &residuals.globals).filter(|c| c.largest().is_finite())
-        else {
-            return failed;
-        };
         let mut factor = way.factor(advance, limits);
-        limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
-        let Some(next) = inside(&problem, unknowns, &change, &at.areas, &mut factor) else { return failed };
+        factor.limit(1.0, progress.largest_factor(steps));
+        let Some((change, next)) = step(&problem, unknowns, &mut at, limits.relaxed, &mut factor) else {
+            return progress.failed(steps, unknowns);
+        };
         let before = std::mem::replace(unknowns, next);
+        let (factor, gone) = (factor.0, way.gone);
         if advance {
-            way.advance(factor.0);
+            way.advance(factor);
         }
-        if way.gone == 1.0 && factor.is_full() && !advance {
+        if way.gone == 1.0 && factor == 1.0 && !advance {
             let tiny = change.largest() < ROUND_OFF && residual < 1e-6;
-            let chords = Chords::after(&problem, &at, limits, change, residual);
+            let chords = Chords::after(&problem, &at, limits, change.clone(), residual);
             // what Newton's steps do not change any more is converged to round-off
             let end = if tiny { Some(largest_residual(&problem, unknowns)) } else { chords.finish(unknowns) };
             if let Some(end) = end {
@@ -219,9 +262,32 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
                 return Ended { converged: !tiny || end <= ROUND_OFF, ..ended };
             }
         }
+        taken = Some(Taken { before, change, factor, gone, advance });
         spare = Some(at.band);
     }
-    Ended::failed(limits.steps, residual)
+    if progress.step + 1 == limits.steps {
+        // the last step may have come nearer still
+        return Ended::failed(limits.steps, progress.residual);
+    }
+    progress.failed(limits.steps, unknowns)
+}
+
+/// A step of Newton's method within its limits, and the unknowns behind it; the system is left factorised.
+fn step(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    at: &mut Linearised,
+    relaxed: bool,
+    factor: &mut Factor,
+) -> Option<(Unknowns, Unknowns)> {
+    let Linearised { band, residuals, areas } = at;
+    let change = band.factorised_step(&residuals.stations, &residuals.globals)?;
+    if !change.largest().is_finite() {
+        return None;
+    }
+    limit(problem, unknowns, &change, relaxed, factor);
+    let next = inside(problem, unknowns, &change, areas, factor)?;
+    Some((change, next))
 }
 
 fn largest_residual(problem: &Problem, unknowns: &Unknowns) -> f64 {

@@ -128,6 +128,16 @@ impl StreamtubeRecord {
         length / arcs[arcs.len() - 1]
     }
 
+    /// Coordinate x of the first place, in chords, at which a tube has no area because the grid turns over there.
+    pub fn turned(&self) -> Option<f64> {
+        let geometry = self.geometry.as_ref()?;
+        let grid = &self.problem.grid;
+        // written so that NaN is none
+        let number = self.problem.areas(geometry).iter().position(|area| !(*area > 0.0))?;
+        let line = grid.lower_line(number % grid.tubes());
+        Some(geometry.node(number / grid.tubes(), line)[0])
+    }
+
     /// The highest Mach number at the edge of the layers, with its x in chords.
     pub fn highest_mach(&self) -> (f64, f64) {
         let Some(geometry) = &self.geometry else { return (f64::NAN, f64::NAN) };

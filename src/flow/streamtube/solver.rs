@@ -9,6 +9,7 @@ use super::kept::Base;
 use super::limits::Limits;
 use super::newton::{Ended, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
+use super::outputs::OUTPUTS;
 use super::record::StreamtubeRecord;
 use super::refine::carried_over;
 use super::section_curve::SectionCurve;
@@ -150,10 +151,15 @@ impl StreamtubeSection {
         let Found { problem, unknowns, ended } = found;
         let mut record = StreamtubeRecord::new(problem, unknowns, self.panels.nodes.clone());
         record.base.clone_from(&ended.base);
+        let status = status::of(&record, &ended, &self.solver.settings);
+        if !ended.residual.is_finite() {
+            // what never was a flow has no coefficients
+            record.outputs = [f64::NAN; OUTPUTS];
+        }
         let coefficients = record.coefficients();
         let cd_friction = record.friction_drag();
         Solution {
-            status: status::of(&record, &ended, &self.solver.settings),
+            status,
             solver: self.solver.name(),
             condition: *condition,
             alpha: self.panels.nodes.frame.alpha(record.alpha()),

@@ -20,8 +20,9 @@ use super::tubes::{cell, cell_inputs};
 use crate::flow::layer::{EdgeLaw, FreeStream, Regime, Side, State, transition_state};
 use crate::flow::solution::StationFlow;
 
-/// Mach number of the slow flow.
-const SLOW: f64 = 0.4;
+/// Smallest and largest Mach number of the slow flow. Slower flow is led to the Mach number that is sought from there: its
+/// static pressure is so large against the dynamic one that steps from a first guess leave tubes without a total pressure.
+const SLOW: [f64; 2] = [0.25, 0.4];
 /// Strength and threshold of the strong dissipation.
 const STRONG: (f64, f64) = (2.0, 0.90);
 /// Largest local Mach number of the first guess.
@@ -68,7 +69,7 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     let stages = |of: &Problem| {
         let target = of.parameters;
         let strong = Parameters { strength: STRONG.0, threshold: STRONG.1, order: 0.0, ..target };
-        [Parameters { mach: SLOW.min(target.mach), ..strong }, strong]
+        [Parameters { mach: target.mach.clamp(SLOW[0], SLOW[1]), ..strong }, strong]
     };
     let mut problem = &angled_flow;
     let [mut slow, mut strong] = stages(problem);
@@ -106,7 +107,7 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         }
     }
     let stage = Problem { parameters: strong, ..problem.clone() };
-    let from = (target.mach > slow.mach).then_some(From { parameters: slow, nodes: None });
+    let from = (target.mach != slow.mach).then_some(From { parameters: slow, nodes: None });
     let ended = counted(solve(&stage, from, &mut unknowns, &limits(40, PASSED)));
     if !ended.converged {
         return (unknowns, ended);

@@ -30,28 +30,35 @@ pub(super) fn of(record: &StreamtubeRecord, ended: &Ended, settings: &Streamtube
         return if extent > REVERSED_EXTENT { Status::Separated { extent } } else { Status::Converged };
     }
     let residual = ended.residual;
-    // written so that NaN tells nothing
-    if !(residual < TELLING) {
-        return Status::NotConverged { residual, reversed: 0.0 };
-    }
     let (mach, place) = record.highest_mach();
-    let outside = |name: &'static str, reason: String| Status::OutsideModel {
+    let outside = |name: &'static str, value: f64, reason: String| Status::OutsideModel {
         name: name.into(),
-        value: mach,
+        value,
         reason: reason.into(),
         converged: false,
     };
+    if let Some(x) = record.turned() {
+        let reason = format!("(the grid turns over at {:.0} % of the chord)", 100.0 * x);
+        return outside("no start", x, reason);
+    }
+    if !residual.is_finite() {
+        let reason = "(the equations have no value in the first guess of the flow)".into();
+        return outside("no start", record.problem.parameters.mach, reason);
+    }
+    if residual >= TELLING {
+        return Status::NotConverged { residual, reversed: 0.0 };
+    }
     let last = format!("residual {residual:.1e}");
     // written so that NaN is no cause
     if mach > STRONG_SHOCK && place < LEADING_EDGE {
         let where_ = format!("local Mach number {mach:.2} at {:.0} % of the chord", 100.0 * place);
-        return outside("leading-edge shock", format!("({where_}; {last}): the iteration did not converge"));
+        return outside("leading-edge shock", mach, format!("({where_}; {last}): the iteration did not converge"));
     }
     if mach > STRONG_SHOCK && extent > SEPARATION {
         let percent = 100.0 * extent;
         let why =
             format!("(shock at local Mach number {mach:.2}, reversed flow over {percent:.0} % of a side; {last})");
-        return outside("buffet", format!("{why}: a steady flow was not found"));
+        return outside("buffet", mach, format!("{why}: a steady flow was not found"));
     }
     Status::NotConverged { residual, reversed: extent }
 }
