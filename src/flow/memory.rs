@@ -7,24 +7,29 @@
 
 use nalgebra::DMatrix;
 use std::cell::RefCell;
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::LocalKey;
-
-/// Largest number of lists of one kind whose memory is kept.
-const SPARE: usize = 4;
 
 pub(crate) type Spare<T> = RefCell<Vec<Vec<T>>>;
 
 /// The type of the items of lists whose memory is kept.
 pub(crate) trait Kept: Sized + 'static {
+    /// Largest number of lists of this kind whose memory is kept.
+    const MOST: usize;
+
     fn spare() -> &'static LocalKey<Spare<Self>>;
 }
 
-/// Declares that the memory of lists of a type is kept.
+/// Declares that the memory of lists of a type is kept, of four of them unless another number is given.
 macro_rules! kept {
     ($kind:ty) => {
+        $crate::flow::memory::kept!($kind, 4);
+    };
+    ($kind:ty, $most:literal) => {
         impl $crate::flow::memory::Kept for $kind {
+            const MOST: usize = $most;
+
             fn spare() -> &'static std::thread::LocalKey<$crate::flow::memory::Spare<Self>> {
                 thread_local! {
                     static SPARE: $crate::flow::memory::Spare<$kind> = const { std::cell::RefCell::new(Vec::new()) };
@@ -52,7 +57,7 @@ fn keep<T: Kept>(list: Vec<T>) {
     // at the end of a thread its spare memory may be gone already
     let _ = T::spare().try_with(|spare| {
         let mut spare = spare.borrow_mut();
-        if spare.len() >= SPARE {
+        if spare.len() >= T::MOST {
             spare.remove(0);
         }
         spare.push(list);
@@ -74,14 +79,36 @@ impl<T: Kept> FromIterator<T> for Recycled<T> {
 
 impl<T: Kept> Recycled<T> {
     pub fn with_capacity(count: usize) -> Self {
-        let mut list = take(|_| true);
+        let mut list = take(|list: &Vec<T>| list.capacity() >= count);
         list.clear();
         list.reserve(count);
         Self(list)
     }
 
+    /// A list of as many equal items.
+    pub fn of(item: T, count: usize) -> Self
+    where
+        T: Clone,
+    {
+        let mut list = Self::with_capacity(count);
+        list.0.resize(count, item);
+        list
+    }
+
     pub fn push(&mut self, item: T) {
         self.0.push(item);
+    }
+}
+
+impl<T: Kept> Extend<T> for Recycled<T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, items: I) {
+        self.0.extend(items);
+    }
+}
+
+impl<T: Kept> DerefMut for Recycled<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.0
     }
 }
 
@@ -95,7 +122,9 @@ impl<T: Kept> Deref for Recycled<T> {
 
 impl<T: Kept + Clone> Clone for Recycled<T> {
     fn clone(&self) -> Self {
-        self.iter().cloned().collect()
+        let mut list = Self::with_capacity(self.len());
+        list.0.extend_from_slice(self);
+        list
     }
 }
 

@@ -8,10 +8,12 @@
 
 use super::background::{COLUMN_INPUTS, WallStations, column};
 use super::equations::Held;
-use super::gas::Parameters;
+use super::gas::{Flow, Parameters};
 use super::geometry::{Geometry, displacement_thickness, gaps, movement};
 use super::kept::{self, Base};
+use super::kernel::{Input, Kernel, Pass, Target};
 use super::local::{Lanes, Local, Slots, add};
+use super::moves::Moves;
 use super::numbering::{ALPHA, Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::{OUTPUTS, Peak, outputs};
 use super::system::{Linearised, Numbers, Problem};
@@ -67,19 +69,21 @@ impl Sensitivities {
 }
 
 /// Derivatives of all outputs at fixed angle of attack, with respect to the nodes in the frame of the chord line, the
-/// angle, and the Mach and Reynolds number. `base` is where the last factors on the way to the flow were made. The result
-/// is `None` where the equations are singular.
+/// angle, and the Mach and Reynolds number. `geometry` is that of the flow, and `base` is where the last factors on the way
+/// to the flow were made. The result is `None` where the equations are singular.
 pub(super) fn derivatives(
     solved: &Problem,
     unknowns: &Unknowns,
+    geometry: &Geometry<f64>,
     base: Option<&Arc<Base>>,
     peaks: &[Peak; 2],
 ) -> Option<[Derivatives; OUTPUTS]> {
     let mut problem = solved.clone();
     problem.held = Held::Angle;
     problem.parameters.incidence = unknowns.globals[ALPHA];
-    let (flow, geometry, moves) = (problem.flow(), problem.geometry(unknowns)?, problem.moves(unknowns)?);
-    let local = Local::of(&problem.grid, Numbers { geometry: &geometry, unknowns }, &flow, |pass| {
+    let (flow, moves) = (problem.flow(), problem.moves(unknowns)?);
+    let numbers = || Numbers { geometry, unknowns };
+    let local = Local::of(&problem.grid, numbers(), &flow, |pass| {
         problem.equations().pass(pass);
         outputs(&problem.grid, peaks, pass);
     });
@@ -88,15 +92,15 @@ pub(super) fn derivatives(
     let close = base.and_then(kept::factorised).and_then(of);
     let exact =
         || kept::factorised(&Arc::new(Base { problem: solved.clone(), unknowns: unknowns.clone() })).and_then(of);
-    let Adjoint { weights, sums } = close.or_else(exact)?;
-    let sensitivities = Sensitivities::new(&problem.grid, &local.slots, &sums);
-    let nodes = by_nodes(&problem, unknowns, &geometry, sensitivities)?;
-    let stream = by_stream(&problem, unknowns, peaks, &weights)?;
+    let found = close.or_else(exact)?;
+    let sensitivities = Sensitivities::new(&problem.grid, &local.slots, &found.sums);
+    let nodes = by_nodes(&problem, unknowns, geometry, sensitivities)?;
+    let stream = by_stream(&problem, numbers(), &moves, peaks, &local, &found);
     let mut nodes = nodes.into_iter();
     let derivatives: [Derivatives; OUTPUTS] = std::array::from_fn(|o| Derivatives {
         nodes: nodes.next().unwrap_or_default(),
         // the residual of the angle is the angle less the one that is held
-        alpha: -weights[local.slots.globals()][ALPHA][o],
+        alpha: -found.weights[local.slots.globals()][ALPHA][o],
         mach: stream[0][o],
         reynolds: stream[1][o],
     });
@@ -105,26 +109,58 @@ pub(super) fn derivatives(
     derivatives.iter().all(finite).then_some(derivatives)
 }
 
-/// Derivatives with respect to Mach and Reynolds number.
-fn by_stream(problem: &Problem, unknowns: &Unknowns, peaks: &[Peak; 2], weights: &[Lanes]) -> Option<[Lanes; 2]> {
-    let parameters = problem.parameters.map(ByStream::from_re);
-    let parameters: Parameters<ByStream> =
-        Parameters { mach: parameters.mach.derivative(0), reynolds: parameters.reynolds.derivative(1), ..parameters };
-    let nodes: Vec<_> = problem.nodes.iter().map(|p| p.map(ByStream::from_re)).collect();
-    let residuals = problem.residuals_in(&nodes, &parameters, unknowns, |pass| {
-        problem.equations().pass(pass);
-        outputs(&problem.grid, peaks, pass);
-    })?;
-    let mut sums = [[0.0; OUTPUTS]; 2];
-    for (p, sums) in sums.iter_mut().enumerate() {
-        *sums = residuals.outputs.map(|o| o.eps[p]);
-        for (residual, weights) in residuals.stations.iter().flatten().chain(&residuals.globals).zip(weights) {
-            if residual.eps[p] != 0.0 {
-                add(sums, residual.eps[p], weights);
+/// The pass that weighs the derivatives of all terms with respect to Mach and Reynolds number, for constant inputs.
+struct Weighing<'a> {
+    numbers: Numbers<'a, f64>,
+    flow: &'a Flow<ByStream>,
+    slots: &'a Slots,
+    weights: &'a [Lanes],
+    sums: [Lanes; 2],
+}
+
+impl Pass for Weighing<'_> {
+    #[inline]
+    fn term<const N: usize, const M: usize>(
+        &mut self,
+        kernel: &impl Kernel<N, M>,
+        inputs: [Input; N],
+        targets: [Target; M],
+    ) {
+        let x = inputs.map(|input| ByStream::from_re(self.numbers.read(input)));
+        let results = kernel.evaluate::<ByStream, ByStream>(x, self.flow);
+        for (result, target) in results.iter().zip(targets) {
+            let Some((row, factor)) = target else { continue };
+            let lanes = &self.weights[self.slots.of_row(row)];
+            for (sum, slope) in self.sums.iter_mut().zip(result.eps) {
+                add(sum, factor * slope, lanes);
             }
         }
     }
-    Some(sums)
+}
+
+/// Derivatives with respect to Mach and Reynolds number, of the terms and of the layers that displace what they read.
+fn by_stream(
+    problem: &Problem,
+    numbers: Numbers<f64>,
+    moves: &Moves,
+    peaks: &[Peak; 2],
+    local: &Local,
+    Adjoint { weights, sums }: &Adjoint,
+) -> [Lanes; 2] {
+    let parameters = problem.parameters.map(ByStream::from_re);
+    let parameters: Parameters<ByStream> =
+        Parameters { mach: parameters.mach.derivative(0), reynolds: parameters.reynolds.derivative(1), ..parameters };
+    let (flow, unknowns) = (Flow::new(&parameters), numbers.unknowns);
+    let mut pass = Weighing { numbers, flow: &flow, slots: &local.slots, weights, sums: [[0.0; OUTPUTS]; 2] };
+    problem.equations().pass(&mut pass);
+    outputs(&problem.grid, peaks, &mut pass);
+    let mut by = pass.sums;
+    for (layer, lanes) in moves.layers.iter().zip(&local.by_layers(moves, sums)) {
+        let state = &unknowns.stations[layer.station][layer.first..];
+        let thickness = displacement_thickness(std::array::from_fn(|k| ByStream::from_re(state[k])), &flow.stream);
+        by.iter_mut().zip(thickness.eps).for_each(|(sum, slope)| add(sum, slope, lanes));
+    }
+    by
 }
 
 /// Derivatives with respect to the nodes of the section, one list per output.

@@ -11,10 +11,15 @@ use super::outputs::OUTPUTS;
 use super::system::Numbers;
 use crate::differentiate::Tangent;
 use crate::flow::layer::Side;
+use crate::flow::memory::{Recycled, kept};
 use std::ops::Range;
 
 /// One number for every output.
 pub(super) type Lanes = [f64; OUTPUTS];
+
+kept!(Lanes, 16);
+kept!(u32);
+kept!([u8; 2]);
 
 /// Adds `factor` times numbers to other numbers.
 #[inline(always)]
@@ -93,7 +98,7 @@ impl Slots {
 
     /// The number of an equation, which is that of its unknown; outputs follow the equations.
     #[inline(always)]
-    fn of_row(&self, row: Row) -> usize {
+    pub fn of_row(&self, row: Row) -> usize {
         match row {
             Row::Station(place) => self.starts[place.station] + place.index,
             Row::Global(g) => self.globals + g,
@@ -107,13 +112,13 @@ impl Slots {
 pub(super) struct Local {
     pub slots: Slots,
     /// Numbers of inputs and of results of every term.
-    sizes: Vec<[u8; 2]>,
+    sizes: Recycled<[u8; 2]>,
     /// Inputs of the terms, one term after the other.
-    inputs: Vec<u32>,
+    inputs: Recycled<u32>,
     /// Rows to which the results of the terms are added.
-    rows: Vec<u32>,
+    rows: Recycled<u32>,
     /// Derivatives, result by result.
-    values: Vec<f64>,
+    values: Recycled<f64>,
 }
 
 impl Local {
@@ -122,10 +127,10 @@ impl Local {
         let cells = grid.count() * grid.tubes();
         Self {
             slots: Slots::new(grid),
-            sizes: Vec::with_capacity(2 * cells),
-            inputs: Vec::with_capacity(20 * cells),
-            rows: Vec::with_capacity(4 * cells),
-            values: Vec::with_capacity(60 * cells),
+            sizes: Recycled::with_capacity(2 * cells),
+            inputs: Recycled::with_capacity(20 * cells),
+            rows: Recycled::with_capacity(4 * cells),
+            values: Recycled::with_capacity(60 * cells),
         }
     }
 
@@ -136,19 +141,40 @@ impl Local {
         pass.local
     }
 
-    /// Sums of the derivatives with respect to every slot, with weights of the equations and, where `outputs` is set, every
-    /// output in its own lane.
-    pub fn weighed(&self, equations: &[Lanes], outputs: bool) -> Vec<Lanes> {
-        let mut weights = equations.to_vec();
-        let share = f64::from(u8::from(outputs));
-        weights.extend((0..OUTPUTS).map(|k| -> Lanes { std::array::from_fn(|o| if o == k { share } else { 0.0 }) }));
-        let mut sums = vec![[0.0; OUTPUTS]; self.slots.total + 1];
+    /// Weights of nothing: of all equations, and behind them of every output in its own lane.
+    pub fn no_weights(&self) -> Recycled<Lanes> {
+        Recycled::of([0.0; OUTPUTS], self.slots.unknowns() + OUTPUTS)
+    }
+
+    /// Weights of every output in its own lane, and of no equation.
+    pub fn output_weights(&self) -> Recycled<Lanes> {
+        let mut weights = self.no_weights();
+        weights[self.slots.unknowns()..].iter_mut().enumerate().for_each(|(k, lanes)| lanes[k] = 1.0);
+        weights
+    }
+
+    /// Sums of the derivatives with respect to every slot, with weights of the equations and outputs.
+    pub fn weighed(&self, weights: &[Lanes]) -> Recycled<Lanes> {
+        self.weighed_from(0, weights)
+    }
+
+    /// Sums of the derivatives of the outputs with respect to every slot.
+    pub fn weighed_outputs(&self) -> Recycled<Lanes> {
+        self.weighed_from(self.slots.unknowns(), &self.output_weights())
+    }
+
+    /// Sums over the terms that add to equations or outputs from one on.
+    fn weighed_from(&self, first: usize, weights: &[Lanes]) -> Recycled<Lanes> {
+        let mut sums = Recycled::of([0.0; OUTPUTS], self.slots.total + 1);
         let (mut inputs, mut rows, mut values) = (&self.inputs[..], &self.rows[..], &self.values[..]);
-        for &[own_inputs, own_rows] in &self.sizes {
+        for &[own_inputs, own_rows] in self.sizes.iter() {
             let (own, targets, by);
             (own, inputs) = inputs.split_at(own_inputs.into());
             (targets, rows) = rows.split_at(own_rows.into());
             (by, values) = values.split_at(own.len() * targets.len());
+            if first > 0 && targets.iter().all(|row| (*row as usize) < first) {
+                continue;
+            }
             for (k, slot) in own.iter().enumerate() {
                 let sum = &mut sums[*slot as usize];
                 let mut lanes = *sum;
@@ -161,10 +187,24 @@ impl Local {
         sums
     }
 
+    /// Derivatives with respect to the displacement thickness of every layer, from those with respect to every slot.
+    pub fn by_layers(&self, moves: &Moves, sums: &[Lanes]) -> Vec<Lanes> {
+        let mut layers = vec![[0.0; OUTPUTS]; moves.layers.len()];
+        let nodes = sums[self.slots.nodes.clone()].chunks_exact(2).zip(&moves.nodes);
+        for (own, node) in nodes {
+            let Some((layer, factor)) = node.by_layer else { continue };
+            for (own, direction) in own.iter().zip(node.direction) {
+                add(&mut layers[layer], factor * direction, own);
+            }
+        }
+        layers
+    }
+
     /// Derivatives with respect to the unknowns, from those with respect to every slot.
-    pub fn by_unknowns(&self, moves: &Moves, sums: &[Lanes]) -> Vec<Lanes> {
+    pub fn by_unknowns(&self, moves: &Moves, sums: &[Lanes]) -> Recycled<Lanes> {
         let slots = &self.slots;
-        let mut by = sums[..slots.unknowns()].to_vec();
+        let mut by: Recycled<Lanes> = Recycled::with_capacity(slots.unknowns());
+        by.extend(sums[..slots.unknowns()].iter().copied());
         let mut places = [[0.0; OUTPUTS]; 3];
         let mut layers = vec![[0.0; OUTPUTS]; moves.layers.len()];
         let nodes = sums[slots.nodes.clone()].chunks_exact(2).zip(&moves.nodes);

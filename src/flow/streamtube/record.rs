@@ -249,7 +249,8 @@ impl StreamtubeRecord {
     /// Exact derivatives of all outputs at fixed angle of attack with respect to the nodes as they were given.
     fn derivatives(&self) -> Option<&[Derivatives; OUTPUTS]> {
         let find = || {
-            let inside = derivatives(&self.problem, &self.unknowns, self.base.as_ref(), &self.peaks)?;
+            let geometry = self.geometry.as_ref()?;
+            let inside = derivatives(&self.problem, &self.unknowns, geometry, self.base.as_ref(), &self.peaks)?;
             let frame = self.nodes.frame.derivatives(&self.nodes.given);
             Some(inside.map(|by| frame.pull_back(by)))
         };

@@ -284,8 +284,8 @@ fn the_adjoint_agrees_with_the_forward_route() {
     let (nodes, solution) = shock();
     let record = record(solution);
     let (problem, unknowns) = (&record.problem, &record.unknowns);
-    let peaks = peaks(record);
-    let adjoint = super::adjoint::derivatives(problem, unknowns, record.base.as_ref(), &peaks).unwrap();
+    let (peaks, geometry) = (peaks(record), problem.geometry(unknowns).unwrap());
+    let adjoint = super::adjoint::derivatives(problem, unknowns, &geometry, record.base.as_ref(), &peaks).unwrap();
     // forward: the change of the unknowns with the nodes, then that of the outputs
     type T = Tangent<1>;
     let moving: Vec<[T; 2]> = (0..nodes.len())
@@ -332,8 +332,10 @@ fn factors_of_the_last_step_lead_to_the_derivatives_at_the_solution() {
     let record = record(&near);
     // the last steps had factors that were made elsewhere
     assert!(record.base.as_ref().is_some_and(|base| base.unknowns != record.unknowns));
+    let (problem, unknowns) = (&record.problem, &record.unknowns);
+    let geometry = problem.geometry(unknowns).unwrap();
     let [close, exact] = [record.base.as_ref(), None]
-        .map(|base| super::adjoint::derivatives(&record.problem, &record.unknowns, base, record.peaks()).unwrap());
+        .map(|base| super::adjoint::derivatives(problem, unknowns, &geometry, base, record.peaks()).unwrap());
     for o in [LIFT, MOMENT, WAVE_DRAG, VISCOUS_DRAG, FRICTION_DRAG] {
         let along = |by: &[[f64; 2]]| -> f64 {
             by.iter().enumerate().map(|(i, by)| by[0] * smooth(i)[0] + by[1] * smooth(i)[1]).sum()
@@ -511,7 +513,9 @@ fn small_systems_are_solved_as_dense_ones() {
     // lists in the order of the unknowns; those of other outputs are zeros
     let rows: Vec<[f64; OUTPUTS]> =
         (0..n).map(|k| std::array::from_fn(|o| if o < further { dense[(n + o, k)] } else { 0.0 })).collect();
-    let multipliers = band.multipliers(&rows, held, &super::local::Slots::new(&grid)).unwrap();
+    let slots = super::local::Slots::new(&grid);
+    let mut multipliers = vec![[0.0; OUTPUTS]; slots.unknowns()];
+    band.multipliers(&rows, held, &slots, &mut multipliers).unwrap();
     for o in 0..further {
         let wanted = square.transpose().lu().solve(&dense.row(n + o).transpose()).unwrap();
         assert!(multipliers.iter().zip(wanted.iter()).all(|(a, b)| (a[o] - b).abs() < 1e-9), "{o}");

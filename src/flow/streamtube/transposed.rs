@@ -2,16 +2,18 @@
 //!
 //! The exact derivatives are kept term by term. Factors of a system close to the exact one, those of the last step of
 //! Newton's method, are corrected with them: every correction lowers what the multipliers leave of their equations as far as
-//! all corrections together can, output by output.
+//! all corrections of all outputs together can. What the factors miss is about the same for all outputs, such as the move of
+//! a shock, so that the corrections of one serve the others.
 
 use super::band::Band;
-use super::local::{Lanes, Local, Slots};
+use super::local::{Lanes, Local, Slots, add};
 use super::moves::Moves;
 use super::numbering::GLOBALS;
 use super::outputs::OUTPUTS;
 use super::rows::{Combination, Multiples, padded};
 use super::strips::{Source, Strip, put_strips};
 use crate::flow::linear::{Factors, add_scaled};
+use crate::flow::memory::Recycled;
 use nalgebra::DMatrix;
 
 // lists of one number for every output are as wide as the products of matrices take them
@@ -23,49 +25,54 @@ const TOLERANCE: [f64; 2] = [1e-10, 1e-9];
 const EXPECTED: f64 = 5.0;
 /// Number of corrections before that is judged.
 const TRIED: usize = 3;
+/// Square of the sine of the angle to other corrections below which one adds nothing to them.
+const NEW: f64 = 1e-10;
 
 /// Multipliers of all equations, and the derivatives of the outputs with respect to all that the terms read, at the
 /// multipliers.
 pub(super) struct Adjoint {
-    /// Weights of all equations: their negative multipliers.
-    pub weights: Vec<Lanes>,
-    pub sums: Vec<Lanes>,
+    /// Weights of all equations, their negative multipliers, and behind them those of the outputs.
+    pub weights: Recycled<Lanes>,
+    pub sums: Recycled<Lanes>,
 }
 
-/// A correction of the weights, and what it changes of the residuals.
-struct Correction {
-    change: Vec<Lanes>,
-    effect: Vec<Lanes>,
+/// A table with a number for every two lanes.
+type Table = [Lanes; OUTPUTS];
+
+/// A correction of the weights for every lane, and what they change of the residuals.
+struct Corrections {
+    changes: Recycled<Lanes>,
+    effects: Recycled<Lanes>,
 }
 
 /// The weights of all equations with which nothing is left of the derivatives of the outputs with respect to the unknowns.
 /// `band` is factorised near the flow whose derivatives are `local`. The global unknown `held` stands alone in its
 /// equation. The result is `None` where the weights do not become as good as they have to be.
 pub(super) fn adjoint(band: &Band, local: &Local, moves: &Moves, held: usize) -> Option<Adjoint> {
-    let mut weights = vec![[0.0; OUTPUTS]; local.slots.unknowns()];
-    let mut sums = local.weighed(&weights, true);
-    let mut residual = local.by_unknowns(moves, &sums);
+    let mut weights = local.output_weights();
+    let mut residual = local.by_unknowns(moves, &local.weighed_outputs());
     let norms = products(&residual, &residual);
-    let mut corrections: Vec<Correction> = Vec::new();
+    let mut known: Vec<Corrections> = Vec::new();
     let mut left = f64::INFINITY;
     while !is_small(&residual, &norms, TOLERANCE[0]) {
         let before = std::mem::replace(&mut left, share_left(&residual, &norms));
         let further = (TOLERANCE[0] / left).ln() / (left / before).ln();
         // written so that NaN ends it
-        if corrections.len() >= TRIED && !(left < before && further <= EXPECTED) {
+        if known.len() >= TRIED && !(left < before && further <= EXPECTED) {
             break;
         }
-        let change = band.multipliers(&residual, held, &local.slots)?;
-        let effect = local.by_unknowns(moves, &local.weighed(&change, false));
-        let mut own = Correction { change, effect };
-        own.orthogonalise(&corrections);
-        let share = products(&residual, &own.effect).map(|s| -s);
-        combine(&mut residual, share, &own.effect);
-        combine(&mut weights, share, &own.change);
-        corrections.push(own);
+        let mut changes = local.no_weights();
+        band.multipliers(&residual, held, &local.slots, &mut changes)?;
+        let effects = local.by_unknowns(moves, &local.weighed(&changes));
+        let mut own = Corrections { changes, effects };
+        own.orthogonalise(&known);
+        let shares = table(&own.effects, &residual).map(|lanes| lanes.map(|s| -s));
+        combine(&mut residual, &shares, &own.effects);
+        combine(&mut weights, &shares, &own.changes);
+        known.push(own);
     }
     // what the corrections are believed to have left may have lost digits on the way
-    sums = local.weighed(&weights, true);
+    let sums = local.weighed(&weights);
     is_small(&local.by_unknowns(moves, &sums), &norms, TOLERANCE[1]).then_some(Adjoint { weights, sums })
 }
 
@@ -83,20 +90,54 @@ fn is_small(residual: &[Lanes], norms: &Lanes, tolerance: f64) -> bool {
     products(residual, residual).iter().zip(norms).all(|(left, norm)| *left <= tolerance * tolerance * norm)
 }
 
-impl Correction {
-    /// Makes the effect one of unit length that stands upright on those of other corrections.
+impl Corrections {
+    /// Makes the effects of unit length and upright on each other and on those of other corrections. A lane that adds nothing
+    /// to the others becomes none. Lanes that are nearly parallel lose digits of the right angle, which costs no more than
+    /// some of what the corrections could do.
     fn orthogonalise(&mut self, others: &[Self]) {
         for other in others {
-            let share = products(&self.effect, &other.effect).map(|s| -s);
-            combine(&mut self.effect, share, &other.effect);
-            combine(&mut self.change, share, &other.change);
+            let shares = table(&other.effects, &self.effects).map(|lanes| lanes.map(|s| -s));
+            combine(&mut self.effects, &shares, &other.effects);
+            combine(&mut self.changes, &shares, &other.changes);
         }
-        // an output that needs no correction has none
-        let scale = products(&self.effect, &self.effect).map(|s| if s == 0.0 { 0.0 } else { s.sqrt().recip() });
-        for lanes in self.effect.iter_mut().chain(&mut self.change) {
-            lanes.iter_mut().zip(scale).for_each(|(lane, scale)| *lane *= scale);
+        let shares = upright(&table(&self.effects, &self.effects));
+        replace(&mut self.effects, &shares);
+        replace(&mut self.changes, &shares);
+    }
+}
+
+/// The shares of lanes in others that are of unit length and upright on each other, from the products of the lanes: the
+/// inverse of Cholesky's factor, with nothing in the columns of lanes that add nothing to those before.
+fn upright(products: &Table) -> Table {
+    let mut shares = [[0.0; OUTPUTS]; OUTPUTS];
+    for lane in 0..OUTPUTS {
+        // the lane less its parts along those before, which are upright already
+        let mut own = [0.0; OUTPUTS];
+        own[lane] = 1.0;
+        for before in 0..lane {
+            let along: f64 = (0..=before).map(|k| shares[k][before] * products[k][lane]).sum();
+            for k in 0..=before {
+                own[k] -= along * shares[k][before];
+            }
+        }
+        let square: f64 =
+            (0..=lane).map(|j| own[j] * (0..=lane).map(|k| products[j][k] * own[k]).sum::<f64>()).sum();
+        // written so that nothing and NaN add nothing
+        if square > NEW * products[lane][lane] {
+            let scale = square.sqrt().recip();
+            (0..=lane).for_each(|k| shares[k][lane] = scale * own[k]);
         }
     }
+    shares
+}
+
+/// Scalar products of all lanes of one list with all lanes of another.
+fn table(one: &[Lanes], other: &[Lanes]) -> Table {
+    let mut sums = [[0.0; OUTPUTS]; OUTPUTS];
+    for (one, other) in one.iter().zip(other) {
+        sums.iter_mut().zip(one).for_each(|(sums, a)| add(sums, *a, other));
+    }
+    sums
 }
 
 /// Scalar products of lists, lane by lane.
@@ -110,12 +151,21 @@ fn products(one: &[Lanes], other: &[Lanes]) -> Lanes {
     sums
 }
 
-/// Adds a list times a factor for every lane.
-fn combine(sums: &mut [Lanes], factors: Lanes, list: &[Lanes]) {
+/// Adds shares of all lanes of a list to every lane.
+fn combine(sums: &mut [Lanes], shares: &Table, list: &[Lanes]) {
     for (sum, list) in sums.iter_mut().zip(list) {
-        for (sum, (factor, value)) in sum.iter_mut().zip(factors.iter().zip(list)) {
-            *sum += factor * value;
-        }
+        let mut lanes = *sum;
+        list.iter().zip(shares).for_each(|(value, shares)| add(&mut lanes, *value, shares));
+        *sum = lanes;
+    }
+}
+
+/// Puts shares of all lanes in the place of every lane.
+fn replace(list: &mut [Lanes], shares: &Table) {
+    for item in list {
+        let mut lanes = [0.0; OUTPUTS];
+        item.iter().zip(shares).for_each(|(value, shares)| add(&mut lanes, *value, shares));
+        *item = lanes;
     }
 }
 
@@ -124,8 +174,9 @@ type Lists = Vec<Vec<f64>>;
 
 impl Band {
     /// The multipliers with which all equations add up to given rows, which hold a list for every unknown, by the factors.
-    /// The global unknown `held` stands alone in its equation, whatever the equation was before.
-    pub fn multipliers(&self, rows: &[Lanes], held: usize, slots: &Slots) -> Option<Vec<Lanes>> {
+    /// The global unknown `held` stands alone in its equation, whatever the equation was before. `None` where there are
+    /// none.
+    pub fn multipliers(&self, rows: &[Lanes], held: usize, slots: &Slots, multipliers: &mut [Lanes]) -> Option<()> {
         let (mut stations, mut globals) = self.by_blocks(rows, slots);
         let lower = self.solve_downstream(&mut stations);
         let first = &self.blocks[0];
@@ -151,7 +202,8 @@ impl Band {
                 subtract(&mut own[0], of(layout.next(), layout.ahead + block.put_off()), before);
             }
         }
-        Some(self.by_stations(&stations, &globals, slots))
+        self.by_stations(&stations, &globals, slots, multipliers);
+        Some(())
     }
 
     /// Solves with the parts of the stations from the wake upstream. The result is what has become of the rows of unknowns
@@ -190,8 +242,7 @@ impl Band {
     }
 
     /// Lists in the order of the equations of the stations.
-    fn by_stations(&self, stations: &Lists, globals: &[f64], slots: &Slots) -> Vec<Lanes> {
-        let mut lists = vec![[0.0; OUTPUTS]; slots.unknowns()];
+    fn by_stations(&self, stations: &Lists, globals: &[f64], slots: &Slots, lists: &mut [Lanes]) {
         for (i, own) in stations.iter().enumerate() {
             let layout = self.blocks[i].layout;
             let kept = &mut lists[slots.station(i)][..layout.kept];
@@ -202,7 +253,6 @@ impl Band {
             }
         }
         lists[slots.globals()].as_flattened_mut().copy_from_slice(globals);
-        lists
     }
 }
 
