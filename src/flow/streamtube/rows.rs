@@ -108,6 +108,11 @@ impl WithSimd for Combination<'_> {
     fn with_simd<S: Simd>(mut self, simd: S) {
         let count = self.rows.len() / self.stride;
         let mut row = 0;
+        // sums wait for each other where there is but one vector in a row
+        while self.columns.len() == S::F64_LANES && row + 8 <= count {
+            self.band::<S, 8>(simd, row);
+            row += 8;
+        }
         while row + 4 <= count {
             self.band::<S, 4>(simd, row);
             row += 4;
@@ -246,8 +251,8 @@ mod tests {
 
     #[test]
     fn combinations_are_products() {
-        for count in [1, 3, 4, 9] {
-            let (stride, width, depth) = (56, 24, 5);
+        for (count, width) in [(1, 24), (3, 24), (4, 24), (9, 24), (17, 8)] {
+            let (stride, depth) = (56, 5);
             let mut rows: Vec<f64> = (0..count * stride).map(number).collect();
             let before = rows.clone();
             let source: Vec<f64> = (0..depth * 32).map(|k| number(7 * k + 1)).collect();
