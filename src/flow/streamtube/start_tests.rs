@@ -1,4 +1,5 @@
-//! Starts: flows on two grids, free transition, and sections whose layers nearly separate at the edge.
+//! Starts: flows on two grids, free transition, sections whose layers nearly separate at the edge or that have a high base,
+//! slow flow, and sections without a start.
 
 use super::numbering::Unknowns;
 use super::record::StreamtubeRecord;
@@ -71,4 +72,57 @@ fn free_transition_is_found_where_amplification_is_critical() {
         assert!((last.x - x).abs() < 1e-9 && (0.01..0.95).contains(&x), "{} {x}", last.x);
         assert!((last.amplification - condition.n_critical).abs() < 1e-3, "{}", last.amplification);
     }
+}
+
+/// A section with the thickness added evenly to a base of some height at the trailing edge.
+fn blunt(name: &str, height: f64) -> Vec<[f64; 2]> {
+    let (mut nodes, _) = section(name);
+    let half = nodes.len() / 2;
+    for (i, [x, y]) in nodes.iter_mut().enumerate() {
+        *y += if i < half { 0.5 } else { -0.5 } * height * *x;
+    }
+    nodes
+}
+
+#[test]
+fn flow_about_a_section_with_a_high_base_is_found() {
+    // the dead air is several times as high as the inner tubes are wide
+    let nodes = blunt("naca2412:sharp", 0.02);
+    let condition = Condition { mach: 0.6, trips: [Some(0.1); 2], ..Condition::new(Incidence::Alpha(0.0), 5e6) };
+    let solution = solved(&nodes, TrailingEdge::Blunt, &condition, SMALL);
+    assert!(solution.is_reliable() && solution.attempts.is_empty(), "{} {:?}", solution.status, solution.attempts);
+    let record = record(&solution);
+    // the grid alone, without displacements
+    let mut problem = record.problem.clone();
+    problem.grid.viscous = false;
+    let unknowns = Unknowns { globals: record.unknowns.globals, ..Unknowns::zeros(&problem.grid) };
+    let geometry = problem.geometry(&unknowns).unwrap();
+    assert!(problem.areas(&geometry).iter().all(|area| *area > 0.0));
+}
+
+#[test]
+fn slow_flow_at_incidence_is_found() {
+    let (nodes, edge) = section("naca0012:sharp");
+    let alpha = 4f64.to_radians();
+    let slow = Condition { mach: 0.1, trips: [Some(0.1); 2], ..Condition::new(Incidence::Alpha(alpha), 5e6) };
+    let faster = Condition { mach: 0.25, ..slow };
+    let [a, b] = [slow, faster].map(|condition| solved(&nodes, edge, &condition, SMALL));
+    assert!(a.is_reliable() && b.is_reliable(), "{} {}", a.status, b.status);
+    // by the rule of Prandtl and Glauert
+    let ratio = ((1.0 - 0.1f64.powi(2)) / (1.0 - 0.25f64.powi(2))).sqrt();
+    assert!(
+        (b.coefficients.cl / a.coefficients.cl / ratio - 1.0).abs() < 0.01,
+        "{:?}",
+        (a.coefficients, b.coefficients)
+    );
+}
+
+#[test]
+fn a_grid_that_turns_over_is_named() {
+    let nodes = blunt("naca0012:sharp", 0.4);
+    let condition = Condition { mach: 0.6, trips: [Some(0.1); 2], ..Condition::new(Incidence::Alpha(0.05), 5e6) };
+    let settings = StreamtubeSettings { retry: false, ..SMALL };
+    let solution = solved(&nodes, TrailingEdge::Blunt, &condition, settings);
+    assert_eq!(solution.status.name(), "no start", "{}", solution.status);
+    assert!(solution.coefficients.cl.is_nan() && solution.gradients().is_none());
 }

@@ -120,8 +120,7 @@ fn upright(products: &Table) -> Table {
                 own[k] -= along * shares[k][before];
             }
         }
-        let square: f64 =
-            (0..=lane).map(|j| own[j] * (0..=lane).map(|k| products[j][k] * own[k]).sum::<f64>()).sum();
+        let square: f64 = (0..=lane).map(|j| own[j] * (0..=lane).map(|k| products[j][k] * own[k]).sum::<f64>()).sum();
         // written so that nothing and NaN add nothing
         if square > NEW * products[lane][lane] {
             let scale = square.sqrt().recip();
