@@ -32,8 +32,8 @@ const MACH: [f64; 2] = [0.1, 0.9];
 const LARGEST_INCIDENCE: f64 = 15.0;
 /// Strength and threshold of the dissipation.
 const DISSIPATION: (f64, f64) = (1.0, 0.98);
-/// Factor by which transition is expected earlier where that of the slow flow leads to nothing.
-const EARLY: f64 = 0.4;
+/// Factors by which transition is expected earlier where that of the slow flow leads to nothing.
+const EARLY: [f64; 2] = [0.4, 0.1];
 /// Mach number of the flow from which the place of free transition is guessed.
 const GUESS_MACH: f64 = 0.4;
 /// Cells a side and tubes of the grid that is tried last.
@@ -46,17 +46,24 @@ struct Start {
     panel: bool,
     /// Whether a lift that is sought is held from the slow flow on.
     lift_first: bool,
-    /// Whether free transition is expected early, which keeps laminar layers from separating on the way.
-    early: bool,
+    /// Factor of the place at which transition is expected. Early transition, also ahead of a trip, keeps laminar layers from
+    /// separating on the way.
+    early: f64,
 }
 
 /// The guesses in the order in which they are tried.
-const START: [Start; 5] = [
-    Start { name: "from the panel flow", panel: true, lift_first: false, early: false },
-    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: false },
-    Start { name: "from the panel flow with early transition", panel: true, lift_first: false, early: true },
-    Start { name: "from the nose", panel: false, lift_first: false, early: true },
-    Start { name: "from the nose with the lift held", panel: false, lift_first: true, early: true },
+const START: [Start; 6] = [
+    Start { name: "from the panel flow", panel: true, lift_first: false, early: 1.0 },
+    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: 1.0 },
+    Start { name: "from the panel flow with early transition", panel: true, lift_first: false, early: EARLY[0] },
+    Start {
+        name: "from the panel flow with transition close to the nose",
+        panel: true,
+        lift_first: false,
+        early: EARLY[1],
+    },
+    Start { name: "from the nose", panel: false, lift_first: false, early: EARLY[0] },
+    Start { name: "from the nose with the lift held", panel: false, lift_first: true, early: EARLY[0] },
 ];
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
@@ -405,10 +412,8 @@ impl StreamtubeSection {
             [distributions.upper, distributions.lower]
         });
         let trips = turning_of_trips(condition.trips);
-        if early {
-            turning =
-                std::array::from_fn(|k| if trips[k] == Some(turning[k]) { turning[k] } else { EARLY * turning[k] });
-        }
+        // not among the first stations, where a layer is not turbulent yet
+        turning = turning.map(|fraction| (early * fraction).max(0.02f64.min(fraction)));
         let mut problem = self.problem(condition, turning);
         for side in Side::BOTH {
             let (k, length) = (side.index(), side.length(guess.stagnation, self.curve.total()));

@@ -31,6 +31,9 @@ const CAP: f64 = 0.9;
 const PASSED: f64 = 1e-2;
 /// Residual of the slow flow above which faster flow is not tried.
 const HOPELESS: f64 = 0.5;
+/// Share of the way to a lift in one step, and the residual above which it is not gone on, where larger steps lead astray:
+/// a layer that is about to separate behind the nose does not survive a large change of the angle.
+const SLOWLY: (f64, f64) = (0.15, 0.05);
 /// Residual at which the last stage but one ends.
 pub(super) const NEARLY: f64 = 1e-4;
 
@@ -119,7 +122,13 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if late && ended.converged {
         let reached = lift(problem, &unknowns);
         let from = From { parameters: Parameters { incidence: reached, ..lifted_flow.parameters }, nodes: None };
+        let before = unknowns.clone();
         ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &end));
+        if !ended.converged {
+            unknowns = before;
+            let (stride, hold) = SLOWLY;
+            ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &Limits { stride, hold, ..end }));
+        }
     }
     (unknowns, ended)
 }

@@ -148,8 +148,7 @@ pub(crate) fn combine_real<S: Scalar>(weights: &Weights<S>, coefficients: &[f64]
 /// Finds `t` in [`low`, `high`] where the spline has `value`. The spline must rise (`sign` 1) or fall (`sign` −1)
 /// there.
 ///
-/// Newton's method is kept inside a shrinking bracket. It starts at the node whose coefficient, which is about the value
-/// there, comes closest from below. Values beyond the ends give the ends.
+/// Newton's method is kept inside a shrinking bracket. Values beyond the ends give the ends.
 pub(crate) fn invert(spline: &IndexSpline, c: &[f64], value: f64, mut low: f64, mut high: f64, sign: f64) -> f64 {
     let at = |t: f64| sign * (combine_real(&spline.weights(t), c) - value);
     if at(low) >= 0.0 {
@@ -158,9 +157,7 @@ pub(crate) fn invert(spline: &IndexSpline, c: &[f64], value: f64, mut low: f64, 
     if at(high) <= 0.0 {
         return high;
     }
-    let between = &c[low.ceil() as usize + 1..=high.floor() as usize + 1];
-    let below = between.partition_point(|v| sign * v < sign * value) as f64;
-    let mut t = (low.ceil() + below - 0.5).clamp(low, high);
+    let mut t = 0.5 * (low + high);
     for _ in 0..80 {
         let f = at(t);
         if f == 0.0 {
