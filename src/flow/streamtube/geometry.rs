@@ -106,6 +106,7 @@ pub(super) fn movement(grid: &Grid, station: usize, line: usize) -> Movement {
     let share = if behind { 0.5 } else { 1.0 };
     let sign = if on_wall && height == 0 { 1.0 } else { side.sign() };
     let fading = (-grid.stations.heights[height] / CARRY).exp();
+    // all lines carry the dead air, which may be higher than the inner tubes: those would turn over otherwise
     Movement {
         free: !(on_wall && height == 0),
         by_layer: share * sign * fading,
