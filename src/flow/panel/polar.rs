@@ -166,13 +166,13 @@ impl Pairs<'_> {
         Seen { logs, angles: [a - PI, b - PI] }
     }
 
-    /// A surface panel at its place to point number `number`, which stands at `point`.
+    /// A surface panel as point number `number` sees it, which stands at `point` and has this `place` on the panel.
     #[inline(always)]
     pub fn surface_sight(&self, number: usize, point: [f64; 2], panel: &Straight, place: Place) -> Sight<f64> {
         self.of_surface(number, panel).sight(panel.local(point), panel.length, place)
     }
 
-    /// A wake panel at its place to point number `number`, which stands at `point`.
+    /// A wake panel as point number `number` sees it, which stands at `point` and has this `place` on the panel.
     #[inline(always)]
     pub fn wake_sight(&self, number: usize, point: [f64; 2], panel: &Straight, place: Place) -> Sight<f64> {
         self.of_wake(number, panel).sight(panel.local(point), panel.length, place)
