@@ -166,7 +166,7 @@ pub(super) fn number(word: &str) -> Option<Field> {
 fn no_number(word: &str) -> bool {
     let word = word.trim_start_matches(['+', '-']);
     // most words are numbers with digits behind a point
-    if word.starts_with(|c: char| c == '.' || c == '0') {
+    if word.starts_with(['.', '0']) {
         return false;
     }
     let word = word.to_ascii_lowercase();
