@@ -53,9 +53,11 @@ pub enum Status {
     },
     /// The flow is outside what the outer flow of the solver describes.
     OutsideModel {
-        /// Kind of flow in a word; the panel solver gives "supersonic".
+        /// Kind of flow in a word: "supersonic" by the panel solver; "buffet", "leading-edge shock" or "no start" by the
+        /// streamtube solver.
         name: Cow<'static, str>,
-        /// Number that shows how far the flow is outside; the panel solver gives the highest local Mach number.
+        /// Number that shows how far the flow is outside: the highest local Mach number. Without a start it is the coordinate
+        /// x in chords at which the grid turns over, or the Mach number at which the equations have no value.
         value: f64,
         /// Reason in words, with the value.
         reason: Cow<'static, str>,

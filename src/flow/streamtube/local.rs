@@ -5,7 +5,7 @@
 
 use super::gas::Flow;
 use super::kernel::{Input, Kernel, Pass, Row, Target};
-use super::moves::{DISPLACING, Moves, PLACES};
+use super::moves::{DISPLACING, Moves, NodeMoves, PLACES};
 use super::numbering::{GLOBALS, Grid};
 use super::outputs::OUTPUTS;
 use super::system::Numbers;
@@ -192,9 +192,8 @@ impl Local {
         let mut layers = vec![[0.0; OUTPUTS]; moves.layers.len()];
         let nodes = sums[self.slots.nodes.clone()].chunks_exact(2).zip(&moves.nodes);
         for (own, node) in nodes {
-            let Some((layer, factor)) = node.by_layer else { continue };
-            for (own, direction) in own.iter().zip(node.direction) {
-                add(&mut layers[layer], factor * direction, own);
+            if let Some((layer, factor)) = node.by_layer {
+                add(&mut layers[layer], factor, &along(node, own));
             }
         }
         layers
@@ -209,9 +208,8 @@ impl Local {
         let mut layers = vec![[0.0; OUTPUTS]; moves.layers.len()];
         let nodes = sums[slots.nodes.clone()].chunks_exact(2).zip(&moves.nodes);
         for (number, (own, node)) in nodes.enumerate() {
-            let mut along = [0.0; OUTPUTS];
+            let along = along(node, own);
             for (c, own) in own.iter().enumerate() {
-                add(&mut along, node.direction[c], own);
                 places.iter_mut().zip(node.by_places[c]).for_each(|(place, slope)| add(place, slope, own));
             }
             if let Some(index) = node.displacement {
@@ -237,6 +235,13 @@ impl Local {
         }
         by
     }
+}
+
+/// Derivatives with respect to the displacement of a node, from those with respect to the coordinates of the node.
+fn along(node: &NodeMoves, own: &[Lanes]) -> Lanes {
+    let mut along = [0.0; OUTPUTS];
+    own.iter().zip(node.direction).for_each(|(own, direction)| add(&mut along, direction, own));
+    along
 }
 
 /// The pass that keeps the derivatives of all terms.

@@ -24,6 +24,8 @@
 mod adjoint;
 mod background;
 mod band;
+#[cfg(test)]
+mod band_tests;
 mod block;
 mod cell;
 mod chords;

@@ -34,6 +34,9 @@ const LARGEST_INCIDENCE: f64 = 15.0;
 const DISSIPATION: (f64, f64) = (1.0, 0.98);
 /// Factors by which transition is expected earlier where that of the slow flow leads to nothing.
 const EARLY: [f64; 2] = [0.4, 0.1];
+/// Earliest kept transition in fractions of a side, but for transition that is earlier anyhow: a layer among the first
+/// stations is not turbulent yet.
+const EARLIEST: f64 = 0.02;
 /// Mach number of the flow from which the place of free transition is guessed.
 const GUESS_MACH: f64 = 0.4;
 /// Cells a side and tubes of the grid that is tried last.
@@ -412,8 +415,7 @@ impl StreamtubeSection {
             [distributions.upper, distributions.lower]
         });
         let trips = turning_of_trips(condition.trips);
-        // not among the first stations, where a layer is not turbulent yet
-        turning = turning.map(|fraction| (early * fraction).max(0.02f64.min(fraction)));
+        turning = turning.map(|fraction| (early * fraction).max(EARLIEST.min(fraction)));
         let mut problem = self.problem(condition, turning);
         for side in Side::BOTH {
             let (k, length) = (side.index(), side.length(guess.stagnation, self.curve.total()));

@@ -172,9 +172,9 @@ fn replace(list: &mut [Lanes], shares: &Table) {
 type Lists = Vec<Vec<f64>>;
 
 impl Band {
-    /// The multipliers with which all equations add up to given rows, which hold a list for every unknown, by the factors.
-    /// The global unknown `held` stands alone in its equation, whatever the equation was before. `None` where there are
-    /// none.
+    /// Writes the multipliers with which all equations add up to given rows, which hold a list for every unknown, by the
+    /// factors. The global unknown `held` stands alone in its equation, whatever the equation was before. `None` where there
+    /// are no such multipliers.
     pub fn multipliers(&self, rows: &[Lanes], held: usize, slots: &Slots, multipliers: &mut [Lanes]) -> Option<()> {
         let (mut stations, mut globals) = self.by_blocks(rows, slots);
         let lower = self.solve_downstream(&mut stations);
