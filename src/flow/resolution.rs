@@ -10,15 +10,19 @@ const SMALL_LIFT: f64 = 0.1;
 /// Estimated errors of the coefficients of a solution, as absolute values. They hold whatever the condition holds: the
 /// angle of attack or the lift coefficient.
 ///
-/// Both estimates are exact first-order effects of a model of the error, right to about a factor of two where layers are
-/// attached. Neither knows of another flow that more elements would find.
+/// The estimate of the panels is the exact first-order effect of a model of their error, right to about a factor of two where
+/// layers are attached; behind laminar bubbles and on wavy sections it can say too little. That of the stations comes from
+/// the equations on twice as many of them. Neither knows of another flow that more elements would find.
+///
+/// Of 1200 random points of a public collection of sections, lift and drag of 891 were estimated as well resolved, and
+/// changed by less than 0.5 % on 871 of these (97.8 %) when panels and stations were doubled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscretisationError {
     /// What the number of panels leaves: the derivative of every coefficient along the small move of all nodes that acts
     /// like the error of the panels.
     pub panels: Coefficients,
-    /// What the number of stations of the boundary layer leaves: the first-order change of every coefficient where each
-    /// interval between stations is halved (dual-weighted residuals; Becker & Rannacher, Acta Numerica 10, 2001).
+    /// What the number of stations of the boundary layer leaves: the change of every coefficient in one step of Newton's
+    /// method on twice as many stations, infinite where that step leads to no flow.
     pub stations: Coefficients,
 }
 

@@ -328,7 +328,7 @@ impl Solution {
     /// Estimated errors of the coefficients that the number of panels and the number of stations leave.
     ///
     /// The result is `None` where the solution is not converged, and for a solver without such an estimate. It costs
-    /// twice as much as [`gradients`](Self::gradients).
+    /// about as much as a warm analysis and [`gradients`](Self::gradients) together: 6 ms where a warm analysis takes 5.
     pub fn discretisation_error(&self) -> Option<DiscretisationError> {
         if !self.is_solved() {
             return None;
@@ -339,7 +339,9 @@ impl Solution {
             Incidence::Alpha(_) => (gradients, stations),
             Incidence::Lift(_) => (gradients.at_fixed_lift(), at_fixed_lift(stations, &gradients)),
         };
-        Some(DiscretisationError { panels: self.record.panel_error(&gradients)?, stations: stations.map(f64::abs) })
+        // a step without end means that twice as many stations have another flow
+        let stations = stations.map(|change| if change.is_finite() { change.abs() } else { f64::INFINITY });
+        Some(DiscretisationError { panels: self.record.panel_error(&gradients)?, stations })
     }
 
     /// Whether the [`discretisation_error`](Self::discretisation_error) of lift and drag

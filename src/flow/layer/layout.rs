@@ -60,6 +60,11 @@ impl Layout {
         }
     }
 
+    /// The layout with a station more in every interval of both sides.
+    pub fn doubled(&self) -> Self {
+        Self::new(2 * self.laminar.len(), 2 * self.turbulent.len(), self.wake)
+    }
+
     /// Number of stations on one side.
     pub fn side(&self) -> usize {
         self.laminar.len() + self.turbulent.len()
@@ -113,6 +118,16 @@ mod tests {
             let x = layout.abscissas(&surface, side, [0.9f64, 0.3]);
             assert_eq!((x.len(), x[29]), (50, 0.3));
             assert!((x[49] - length).abs() < 1e-14 && x.windows(2).all(|w| w[0] < w[1]), "{x:?}");
+        }
+    }
+
+    #[test]
+    fn every_other_station_of_a_doubled_layout_is_one_of_the_layout() {
+        let layout = Layout::new(30, 20, 5);
+        let doubled = layout.doubled();
+        for (one, two) in [(&layout.laminar, &doubled.laminar), (&layout.turbulent, &doubled.turbulent)] {
+            let odd: Vec<f64> = two.iter().copied().skip(1).step_by(2).collect();
+            assert!(one.len() == odd.len() && one.iter().zip(odd).all(|(a, b)| (a - b).abs() < 1e-14));
         }
     }
 

@@ -15,7 +15,6 @@ pub(crate) mod blocks;
 pub(crate) mod closure;
 mod edge;
 pub(crate) mod equations;
-mod halved;
 pub(crate) mod interval;
 pub(crate) mod layout;
 mod march;

@@ -1,6 +1,6 @@
 //! The state of a solution that the panel solver keeps, and the results that it reads off it.
 
-use super::adjoint::{gradients, pressure_gradients, station_error};
+use super::adjoint::{gradients, pressure_gradients};
 use super::compressibility::KarmanTsien;
 use super::coupling::reduced::Reduced;
 use super::coupling::response::{FlowResponse, SectionResponse};
@@ -11,6 +11,7 @@ use super::outputs;
 use super::resolution::panel_error;
 use super::solved::Solved;
 use crate::flow::coefficients::{Coefficients, Derivatives, Gradients};
+use crate::flow::layer::transport::resample;
 use crate::flow::layer::{EdgeLaw, Layout, Regime, Side, Unknowns};
 use crate::flow::search::End;
 use crate::flow::solution::{Distributions, Record, StationFlow, Status};
@@ -51,12 +52,16 @@ pub(super) struct Sought {
     pub nodes: Nodes,
 }
 
+/// Vortex strengths at the nodes of the section in a state, in units of the onset speed.
+fn strengths_of(section: &SectionResponse, flow: &FlowResponse, state: &Evaluated) -> Vec<f64> {
+    node_strengths(section, flow, &state.node_mass, &state.mass[state.numbering.wake_start()..])
+}
+
 impl PanelRecord {
     pub fn new(sought: Sought, end: End<Evaluated>) -> Self {
         let Sought { section, flow, layout, stream, nodes } = sought;
         let End { unknowns, state, .. } = end;
-        let wake_mass = &state.mass[state.numbering.wake_start()..];
-        let strengths = node_strengths(&section, &flow, &state.node_mass, wake_mass);
+        let strengths = strengths_of(&section, &flow, &state);
         let (at, reduced) = (OnceLock::new(), OnceLock::new());
         Self { section, flow, layout, stream, nodes, unknowns, state, at, reduced, strengths }
     }
@@ -88,6 +93,18 @@ impl PanelRecord {
 
     pub fn coefficients(&self) -> Coefficients {
         outputs::values((&self.system(), self.stream.mach), &self.state, &self.strengths, &self.nodes.inside)
+    }
+
+    /// The coefficients on twice as many stations of the layer, by one step of Newton's method from this solution.
+    fn coefficients_on_more_stations(&self) -> Option<Coefficients> {
+        let layout = self.layout.doubled();
+        let system = System::new(&self.section, &self.flow, &layout, self.stream);
+        let here = resample(&self.layout, &layout, &self.unknowns, &self.section.map);
+        let at = system.linearise(&here);
+        let step = Reduced::new(&at)?.solve(&at, &at.residuals);
+        let state = system.evaluate(&system.layer.moved(&here, &step, 1.0));
+        let strengths = strengths_of(&self.section, &self.flow, &state);
+        Some(outputs::values((&system, self.stream.mach), &state, &strengths, &self.nodes.inside))
     }
 
     /// Derivative of the lift coefficient with respect to the angle of attack (per radian), with the wake held where it
@@ -237,7 +254,7 @@ impl Record for PanelRecord {
     }
 
     fn station_error(&self) -> Option<Coefficients> {
-        Some(station_error(&self.solved(), self.reduced()?))
+        Some(self.coefficients_on_more_stations()?.zip(self.coefficients()).map(|(more, here)| more - here))
     }
 
     fn pressure_gradients(&self, weights: &[Vec<f64>]) -> Option<Vec<Derivatives>> {

@@ -24,7 +24,7 @@ use super::coupling::reduced::Reduced;
 use super::outputs::{direct, pressure_direct};
 use super::solved::{Direct, Solved};
 use crate::flow::coefficients::{COEFFICIENTS, Coefficients, Derivatives, Gradients};
-use reverse::{Collected, Lanes, Reverse};
+use reverse::{Collected, Reverse};
 
 /// Derivatives of all coefficients with respect to all inputs, at fixed angle of attack.
 pub(super) fn gradients(solved: &Solved, reduced: &Reduced) -> Gradients {
@@ -42,24 +42,6 @@ pub(super) fn pressure_gradients(weights: &[Vec<f64>], solved: &Solved, reduced:
         gradients_of(&outputs, solved, reduced).to_array()
     };
     weights.chunks(COEFFICIENTS).flat_map(|chunk| sweep(chunk).into_iter().take(chunk.len())).collect()
-}
-
-/// Estimated changes of all coefficients, at fixed angle of attack, where every interval between stations of the layer is
-/// halved.
-///
-/// To first order it is −λ·δR, with the multipliers λ of a coefficient and the change δR of the residuals of the
-/// boundary layer (the dual-weighted residual method of Becker & Rannacher, Acta Numerica 10, 2001).
-pub(super) fn station_error(solved: &Solved, reduced: &Reduced) -> Coefficients {
-    let reverse = Reverse::new(solved, reduced, &direct(solved));
-    let abscissas = solved.at.positions.abscissas.each_ref().map(|side| side.iter().map(|x| x.re).collect());
-    let change = solved.system.layer.halved(solved.unknowns, &abscissas);
-    let mut sums = Lanes::zeros();
-    for (change, multipliers) in change.iter().zip(&reverse.multipliers.chain) {
-        for (change, multiplier) in change.iter().zip(multipliers) {
-            sums -= multiplier * *change;
-        }
-    }
-    Coefficients::from_array(sums.into())
 }
 
 /// Derivatives of any outputs with the given direct dependence.
