@@ -93,6 +93,7 @@ fn bad_points_are_refused() {
         &["analyze", "naca0012", "--alpha", "2", "--mach", "1.5"],
         &["analyze", "naca0012", "--alpha", "2", "--trip", "0.1,0.2,0.3"],
         &["analyze", "naca0012", "--alpha", "2", "--panels", "10"],
+        &["analyze", "naca0012", "--alpha", "2", "--stations", "10"],
         &["analyze", "naca0012"],
         &["polar", "naca0012", "--alpha", "0:4:-1"],
         &["polar", "naca0012", "--alpha", "a:b:c"],
@@ -101,6 +102,17 @@ fn bad_points_are_refused() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
         assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"));
     }
+}
+
+#[test]
+fn more_stations_leave_a_smaller_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = |stations: &str| {
+        let arguments = ["analyze", "naca4412", "--alpha", "3", "--stations", stations, "--json"];
+        json(&aeroform(&arguments, folder.path()))["station_error"]["cd"].as_f64().unwrap()
+    };
+    let [coarse, fine] = [error("64"), error("128")];
+    assert!(coarse > 2.5 * fine && fine > 0.0, "{coarse} {fine}");
 }
 
 #[test]

@@ -120,7 +120,7 @@ pub(super) fn flow_analysis(
     let settled = choice
         .settle(&nodes, section.trailing_edge(), &conditions)
         .map_err(|error| document.error(&["flow"], error.to_string()))?;
-    let solver = settled.solver(TOLERANCE);
+    let solver = settled.solver(panel_solver().settings);
     for condition in &conditions {
         check(document, condition, &*solver, &["flow"])?;
     }

@@ -177,7 +177,7 @@ fn as_text(arguments: &AnalyzeArguments, solution: &Solution, seconds: f64) -> S
             .map(|e| format!("{} in CL and {} counts in CD", engineering(e.cl, 2), engineering(1e4 * e.cd, 2)));
         text.push_str(&format!(
             "the numbers are not resolved: {} panels leave an estimated error of {panels} (see --panels), the stations of \
-             the boundary layer one of {stations}\n",
+             the boundary layer one of {stations} (see --stations)\n",
             arguments.point.panels,
         ));
     }

@@ -22,6 +22,9 @@ pub(super) struct FlowArguments {
     /// Number of panels, and of the nodes between them
     #[arg(long, default_value_t = 160, allow_negative_numbers = true)]
     pub panels: usize,
+    /// Number of boundary-layer stations on each side (panel solver)
+    #[arg(long, default_value_t = 128, allow_negative_numbers = true)]
+    pub stations: usize,
     /// Flow solver: panel (without shocks), streamtube (M 0.1 to 0.9, with shocks), or auto (by the critical Mach number)
     #[arg(long, default_value_t = SolverChoice::Panel, value_parser = clap::value_parser!(SolverChoice))]
     pub solver: SolverChoice,
@@ -29,6 +32,8 @@ pub(super) struct FlowArguments {
 
 /// Most panels; the panel equations are dense.
 const MOST_PANELS: usize = 2000;
+/// Numbers of stations on a side; the equations that are left of them are dense.
+const STATIONS: std::ops::RangeInclusive<usize> = 32..=1000;
 
 impl FlowArguments {
     /// The operating point at a Mach number, and an angle of attack in degrees or a lift coefficient.
@@ -66,13 +71,17 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<Panelled, Failure> {
     if arguments.panels > MOST_PANELS {
         return Err(Failure::Input(format!("--panels {}: at most {MOST_PANELS}", arguments.panels)));
     }
+    if !STATIONS.contains(&arguments.stations) {
+        let (least, most) = STATIONS.into_inner();
+        return Err(Failure::Input(format!("--stations {}: from {least} to {most}", arguments.stations)));
+    }
     let definition = arguments.shape.definition()?;
     let repairs = repairs(&definition);
     let section = definition.section().map_err(|e| bad(&e))?;
     let parameters = panel_parameters(&section, arguments.panels + 1);
     let nodes: Vec<[f64; 2]> = parameters.iter().map(|&u| section.curve().point_at(u)).collect();
     let panels = PanelledSection::new(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
-    let solver = arguments.solver.solver(Settings::default().tolerance);
+    let solver = arguments.solver.solver(Settings::default().with_stations(arguments.stations));
     let flow = solver.section(&nodes, section.trailing_edge()).map_err(|e| bad(&e))?;
     Ok(Panelled { nodes, panels, flow, repairs })
 }

@@ -36,10 +36,10 @@ impl SolverChoice {
         Self::NAMES[self as usize]
     }
 
-    /// The solver of this choice, converged to `tolerance`. For [`Auto`](Self::Auto) it is one that chooses anew at every
-    /// operating point.
-    pub fn solver(self, tolerance: f64) -> Arc<dyn FlowSolver> {
-        let both = Automatic::new(tolerance);
+    /// The solver of this choice, with the tolerance of `settings` and, where it has panels, with everything else they say.
+    /// For [`Auto`](Self::Auto) it is one that chooses anew at every operating point.
+    pub fn solver(self, settings: Settings) -> Arc<dyn FlowSolver> {
+        let both = Automatic::new(settings);
         match self {
             Self::Panel => Arc::new(both.panel),
             Self::Streamtube => Arc::new(both.streamtube),
@@ -109,12 +109,10 @@ struct Automatic {
 }
 
 impl Automatic {
-    fn new(tolerance: f64) -> Self {
-        let streamtube = StreamtubeSettings { tolerance: tolerance.max(1e-11), ..StreamtubeSettings::default() };
-        Self {
-            panel: PanelSolver { settings: Settings { tolerance, ..Settings::default() } },
-            streamtube: StreamtubeSolver { settings: streamtube },
-        }
+    fn new(settings: Settings) -> Self {
+        let tolerance = settings.tolerance.max(1e-11);
+        let streamtube = StreamtubeSettings { tolerance, ..StreamtubeSettings::default() };
+        Self { panel: PanelSolver { settings }, streamtube: StreamtubeSolver { settings: streamtube } }
     }
 }
 

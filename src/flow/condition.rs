@@ -91,6 +91,13 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// These settings with a number of boundary-layer stations on each side, five eighths of them laminar as by default
+    /// (80 of 128).
+    pub fn with_stations(self, per_side: usize) -> Self {
+        let laminar_stations = (5 * per_side).div_ceil(8);
+        Self { laminar_stations, turbulent_stations: per_side - laminar_stations, ..self }
+    }
+
     pub(crate) fn check(&self) -> Result<(), FlowError> {
         for (name, value) in [
             ("number of laminar stations", self.laminar_stations),
@@ -128,6 +135,8 @@ mod tests {
         assert_eq!(name(Condition { reynolds: 0.0, ..good }), "Reynolds number");
         assert_eq!(name(Condition { trips: [None, Some(0.0)], ..good }), "trip position (chords)");
         assert_eq!(name(Condition { incidence: Incidence::Alpha(7.0), ..good }), "angle of attack (degrees)");
+        let default = Settings::default();
+        assert_eq!(Settings { laminar_stations: 9, ..default }.with_stations(128), default);
         assert!(Settings { laminar_stations: 2, ..Settings::default() }.check().is_err());
     }
 }
