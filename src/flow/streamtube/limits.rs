@@ -15,10 +15,14 @@ pub(super) struct Limits {
     pub stride: f64,
     /// Residual above which the way is not gone on.
     pub hold: f64,
+    /// Largest number of steps of which nothing comes.
+    pub patience: usize,
     /// Whether small speeds may change by more than a quarter of themselves.
     pub relaxed: bool,
 }
 
+/// Number of steps of which nothing comes until an iteration is given up that nothing better can take the place of.
+pub(super) const PATIENCE: usize = 20;
 /// Largest change of the angle of attack in one step.
 const ANGLE_STEP: f64 = 0.02;
 /// Largest change of the place of the stagnation point in one step.
@@ -75,6 +79,10 @@ pub(super) fn limit(problem: &Problem, unknowns: &Unknowns, change: &Unknowns, r
             let laminar = sheet != Sheet::Wake && grid.regime(station, sheet) == Regime::Laminar;
             let changes = change.layer(grid, station, sheet);
             for k in 0..LAYER {
+                // amplification does nothing to a flow whose transition is kept
+                if k == 2 && laminar && problem.fixed_transition.is_some() {
+                    continue;
+                }
                 let largest = if k == 2 && laminar { LAYER_CHANGES[4] } else { LAYER_CHANGES[k] };
                 factor.limit(changes[k].abs(), largest);
             }

@@ -19,9 +19,8 @@ type Direction = Tangent<1>;
 /// Largest change of the Mach number of the onset flow in one step.
 const MACH_STEP: f64 = 0.08;
 
-/// Number of steps within which the residual falls to the second number of itself, or the way goes on by the third, in an
-/// iteration that leads anywhere.
-const PATIENCE: (usize, f64, f64) = (20, 0.8, 1e-3);
+/// Ratio to which the residual falls, or share of the way that is gone on, in steps of which something comes.
+const PROGRESS: (f64, f64) = (0.8, 1e-3);
 
 /// The last step at which an iteration came nearer to its end.
 struct Progress {
@@ -33,13 +32,13 @@ struct Progress {
 }
 
 impl Progress {
-    /// Whether nothing has come of many steps.
-    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns) -> bool {
-        let (steps, fall, advance) = PATIENCE;
+    /// Whether nothing has come of more steps than are borne with.
+    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns, patience: usize) -> bool {
+        let (fall, advance) = PROGRESS;
         if gone > self.gone + advance || residual < fall * self.residual {
             *self = Self { step, gone, residual, state: Some(unknowns.clone()) };
         }
-        step - self.step > steps
+        step - self.step > patience
     }
 
     /// The end of an iteration that failed after some steps. The unknowns are left where it came nearer to its end for the
@@ -233,7 +232,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
             kept::keep(&base, at);
             return Ended::converged(steps, residual, base);
         }
-        if progress.is_over(steps, way.gone, residual, unknowns) {
+        if progress.is_over(steps, way.gone, residual, unknowns, limits.patience) {
             return progress.failed(steps, unknowns);
         }
         let advance = way.gone < 1.0 && residual < limits.hold;

@@ -1,12 +1,12 @@
 //! The way from a section and an operating point to a solution of the streamtube solver.
 
 use super::equations::Held;
-use super::follow::Following;
+use super::follow::{Following, NEAR};
 use super::gas::Parameters;
 use super::grading::Stations;
 use super::guess::{Guessing, SHIFT, USUAL_TRANSITION, turning_of_trips};
 use super::kept::Base;
-use super::limits::Limits;
+use super::limits::{Limits, PATIENCE};
 use super::newton::{Ended, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::OUTPUTS;
@@ -55,10 +55,10 @@ struct Start {
 }
 
 /// The guesses in the order in which they are tried.
-const START: [Start; 6] = [
+const START: [Start; 5] = [
     Start { name: "from the panel flow", panel: true, lift_first: false, early: 1.0 },
-    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: 1.0 },
     Start { name: "from the panel flow with early transition", panel: true, lift_first: false, early: EARLY[0] },
+    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: 1.0 },
     Start {
         name: "from the panel flow with transition close to the nose",
         panel: true,
@@ -66,8 +66,9 @@ const START: [Start; 6] = [
         early: EARLY[1],
     },
     Start { name: "from the nose", panel: false, lift_first: false, early: EARLY[0] },
-    Start { name: "from the nose with the lift held", panel: false, lift_first: true, early: EARLY[0] },
 ];
+/// Number of steps of which nothing comes until a flow that was carried over to another grid is given up. Most take two.
+const CARRIED_PATIENCE: usize = 6;
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
 
@@ -272,49 +273,49 @@ impl StreamtubeSection {
     /// and carried over; that is quicker, and leads to flows that are not found on a fine grid from nothing.
     fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
         let slow = self.slow(condition);
-        let retry = self.solver.settings.retry;
-        let lifted = matches!(condition.incidence, Incidence::Lift(_));
-        let mut on_coarse: Option<Found> = None;
-        let coarse = self.on_a_coarser_grid();
-        let starts = START.into_iter().filter(|start| lifted || !start.lift_first);
-        for start in coarse.iter().flat_map(|_| starts.clone()).take(if retry { START.len() } else { 1 }) {
-            let Some(coarse) = &coarse else { break };
-            let found = coarse.guessed(condition, slow.as_ref(), start, attempts);
-            if !found.ended.converged {
-                attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
-                continue;
-            }
-            let direct = self.refined(condition, &found);
-            if !retry && let Some(fine) = direct {
-                return fine;
-            }
-            let fine = direct.filter(|fine| fine.ended.converged);
-            if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &found)) {
-                return fine;
-            }
-            attempts.push(Attempt::of("from a coarser grid", found.ended.steps, found.ended.residual));
-            on_coarse = Some(found);
-            break;
+        let Some(coarse) = self.on_a_coarser_grid() else { return self.started(condition, slow.as_ref(), attempts) };
+        let on_coarse = coarse.started(condition, slow.as_ref(), attempts);
+        // what is not found on a coarse grid from any guess is not found on a fine one either
+        if !on_coarse.ended.converged {
+            return on_coarse;
         }
-        let mut first: Option<Found> = None;
-        for start in starts {
-            let found = self.guessed(condition, slow.as_ref(), start, attempts);
-            // what fails on both grids is not sought for long
-            let last = coarse.is_some() || !retry;
+        let direct = self.refined(condition, &on_coarse);
+        let retry = self.solver.settings.retry;
+        if !retry && let Some(fine) = direct {
+            return fine;
+        }
+        let fine = direct.filter(|fine| fine.ended.converged);
+        if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &on_coarse)) {
+            return fine;
+        }
+        attempts.push(Attempt::of("from a coarser grid", on_coarse.ended.steps, on_coarse.ended.residual));
+        let found = self.guessed(condition, slow.as_ref(), START[0], attempts);
+        if found.ended.converged || !retry {
+            return found;
+        }
+        attempts.push(Attempt::of(START[0].name, found.ended.steps, found.ended.residual));
+        // a coarser grid shows at least what kind of flow it is
+        on_coarse
+    }
+
+    /// Starts from one guess after the other on this grid. Where none leads to a flow, the result is the state that came
+    /// nearest to one.
+    fn started(&self, condition: &Condition, slow: Option<&Solution>, attempts: &mut Vec<Attempt>) -> Found {
+        let lifted = matches!(condition.incidence, Incidence::Lift(_));
+        let retry = self.solver.settings.retry;
+        let mut nearest: Option<Found> = None;
+        for start in START.into_iter().filter(|start| lifted || !start.lift_first) {
+            let found = self.guessed(condition, slow, start, attempts);
             if found.ended.converged || !retry {
                 return found;
             }
             attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
-            first.get_or_insert(found);
-            if last {
-                break;
+            // written so that NaN is farthest
+            if nearest.as_ref().is_none_or(|nearest| !(nearest.ended.residual <= found.ended.residual)) {
+                nearest = Some(found);
             }
         }
-        // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
-        match on_coarse.or(first) {
-            Some(found) => found,
-            None => self.guessed(condition, slow.as_ref(), START[0], attempts),
-        }
+        nearest.unwrap_or_else(|| self.guessed(condition, slow, START[0], attempts))
     }
 
     /// Goes on from a flow on a coarser grid.
@@ -325,13 +326,34 @@ impl StreamtubeSection {
         let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
         // transition on the finer grid may be elsewhere; it is kept until the flow stands
         problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-        let limits = Limits { tolerance: NEARLY, ..self.last() };
+        let limits = Limits { tolerance: NEARLY, patience: CARRIED_PATIENCE, ..self.last() };
         let mut ended = solve(&problem, None, &mut unknowns, &limits);
         ended.steps += coarse.ended.steps;
         if ended.converged {
-            ended = self.followed(condition, &mut problem, &mut unknowns, ended);
+            ended = self.followed(condition, &mut problem, &mut unknowns, ended, true);
         }
-        Some(Found { problem, unknowns, ended })
+        let first = TRANSITION.map(|g| globals[g]);
+        Some(self.laid_closer(condition, Found { problem, unknowns, ended }, first))
+    }
+
+    /// A flow on stations that are laid anew where transition has moved from where it was at first; the flow as it was where
+    /// that is not found.
+    fn laid_closer(&self, condition: &Condition, found: Found, first: [f64; 2]) -> Found {
+        let globals = found.unknowns.globals;
+        let far = |side: Side| {
+            let k = side.index();
+            let (place, length) = (globals[TRANSITION[k]], side.length(globals[STAGNATION], self.curve.total()));
+            (place - first[k]).abs() > NEAR[0] * place.min(length - place)
+        };
+        if !found.ended.converged || !Side::BOTH.into_iter().any(far) {
+            return found;
+        }
+        let problem = self.problem(condition, self.turning_of(condition, &found.unknowns));
+        let Some(mut unknowns) = carried_over(&found.problem, &found.unknowns, &problem, globals) else { return found };
+        let limits = Limits { patience: CARRIED_PATIENCE, ..self.last() };
+        let mut ended = solve(&problem, None, &mut unknowns, &limits);
+        ended.steps += found.ended.steps;
+        if ended.converged { Found { problem, unknowns, ended } } else { found }
     }
 
     /// Fractions of the sides at which the layers of a flow turn turbulent, with those of the trips where they do there.
@@ -355,8 +377,16 @@ impl StreamtubeSection {
         Some(self.curve.arc_length(self.curve.index_at_x(side, x)))
     }
 
-    /// Leads a flow with fixed transition to one with free transition.
-    fn followed(&self, condition: &Condition, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
+    /// Leads a flow with fixed transition to one with free transition; `known` says whether a flow on another grid has it
+    /// there.
+    fn followed(
+        &self,
+        condition: &Condition,
+        problem: &mut Problem,
+        unknowns: &mut Unknowns,
+        before: Ended,
+        known: bool,
+    ) -> Ended {
         let trips = turning_of_trips(condition.trips);
         let lay = |fractions: [f64; 2]| {
             let at = |k: usize| match trips[k] {
@@ -372,7 +402,7 @@ impl StreamtubeSection {
             total: self.curve.total(),
             settings: &self.solver.settings,
         };
-        following.follow(problem, unknowns, before)
+        following.follow(problem, unknowns, before, known)
     }
 
     /// Goes on from a flow on a coarser grid to one between that and the one that is wanted, and from there.
@@ -428,7 +458,7 @@ impl StreamtubeSection {
         let (mut unknowns, mut ended) = climb(&problem, &guess, &self.solver.settings);
         problem.fixed_transition = Some(guess.transition);
         if ended.converged {
-            ended = self.followed(condition, &mut problem, &mut unknowns, ended);
+            ended = self.followed(condition, &mut problem, &mut unknowns, ended, false);
         }
         self.laid_anew(condition, Found { problem, unknowns, ended }, attempts)
     }
@@ -456,7 +486,14 @@ impl StreamtubeSection {
     /// Limits of the last stage of a start.
     fn last(&self) -> Limits {
         let settings = &self.solver.settings;
-        Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true }
+        Limits {
+            steps: settings.iterations,
+            tolerance: settings.tolerance,
+            stride: 1.0,
+            hold: 0.5,
+            patience: PATIENCE,
+            relaxed: true,
+        }
     }
 
     /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are
