@@ -64,12 +64,12 @@ impl Residuals<f64> {
 }
 
 /// Where the numbers of the inputs are.
-pub(super) struct Numbers<'a, S> {
+pub(super) struct Numbers<'a, S, U = f64> {
     pub geometry: &'a Geometry<S>,
-    pub unknowns: &'a Unknowns,
+    pub unknowns: &'a Unknowns<U>,
 }
 
-impl<S: Scalar> Numbers<'_, S> {
+impl<S: Scalar + From<U>, U: Copy> Numbers<'_, S, U> {
     #[inline(always)]
     pub fn read(&self, input: Input) -> S {
         match input {
@@ -86,13 +86,13 @@ impl<S: Scalar> Numbers<'_, S> {
 }
 
 /// The pass that evaluates all terms.
-pub(super) struct Evaluation<'a, S> {
-    pub numbers: Numbers<'a, S>,
+pub(super) struct Evaluation<'a, S, U = f64> {
+    pub numbers: Numbers<'a, S, U>,
     pub flow: &'a Flow<S>,
     pub residuals: Residuals<S>,
 }
 
-impl<S: Scalar> Pass for Evaluation<'_, S> {
+impl<S: Scalar + From<U>, U: Copy> Pass for Evaluation<'_, S, U> {
     fn term<const N: usize, const M: usize>(
         &mut self,
         kernel: &impl Kernel<N, M>,
@@ -262,21 +262,26 @@ impl Problem {
         self.geometry_in(&self.nodes, unknowns, &self.flow())
     }
 
-    /// The geometry in any kind of number, for constant unknowns.
-    pub fn geometry_in<S: Scalar>(&self, nodes: &[[S; 2]], unknowns: &Unknowns, flow: &Flow<S>) -> Option<Geometry<S>> {
+    /// The geometry in any kind of number, for unknowns in the same kind or constant ones.
+    pub fn geometry_in<S: Scalar + From<U>, U: Copy>(
+        &self,
+        nodes: &[[S; 2]],
+        unknowns: &Unknowns<U>,
+        flow: &Flow<S>,
+    ) -> Option<Geometry<S>> {
         let shape = self.shape(nodes)?;
         let place = |g: usize| S::from(unknowns.globals[g]);
         let background = Background::new(&self.grid, &shape.curve, place(STAGNATION), TRANSITION.map(place));
         Some(Geometry::new(&self.grid, &shape, background, unknowns, &flow.stream))
     }
 
-    /// Residuals in any kind of number, for constant unknowns.
-    pub fn residuals_in<S: Scalar>(
+    /// Residuals in any kind of number, for unknowns in the same kind or constant ones.
+    pub fn residuals_in<S: Scalar + From<U>, U: Copy>(
         &self,
         nodes: &[[S; 2]],
         parameters: &Parameters<S>,
-        unknowns: &Unknowns,
-        terms: impl Fn(&mut Evaluation<S>),
+        unknowns: &Unknowns<U>,
+        terms: impl Fn(&mut Evaluation<S, U>),
     ) -> Option<Residuals<S>> {
         let flow = Flow::new(parameters);
         let geometry = self.geometry_in(nodes, unknowns, &flow)?;
