@@ -1,5 +1,6 @@
 //! Limits of the steps of Newton's method.
 
+use super::geometry::Geometry;
 use super::numbering::{ALPHA, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::system::Problem;
 use crate::flow::layer::Regime;
@@ -96,14 +97,14 @@ pub(super) fn limit(problem: &Problem, unknowns: &Unknowns, change: &Unknowns, r
     debug_assert_eq!(SPEED, 3);
 }
 
-/// The unknowns after the step, cut back until every tube keeps a reasonable area and temperature.
+/// The unknowns after the step, cut back until every tube keeps a reasonable area and temperature, and their geometry.
 pub(super) fn inside(
     problem: &Problem,
     unknowns: &Unknowns,
     change: &Unknowns,
     areas: &[f64],
     factor: &mut Factor,
-) -> Option<Unknowns> {
+) -> Option<(Unknowns, Geometry<f64>)> {
     let (grid, flow) = (&problem.grid, problem.flow());
     let [least, most] = AREA_CHANGES;
     for _ in 0..CUT.1 {
@@ -117,10 +118,10 @@ pub(super) fn inside(
         let fits = || {
             let geometry = problem.geometry(&next)?;
             let ratios = problem.areas(&geometry);
-            Some(ratios.iter().zip(areas).all(|(new, old)| new / old > least && new / old < most))
+            ratios.iter().zip(areas).all(|(new, old)| new / old > least && new / old < most).then_some(geometry)
         };
-        if warm && fits() == Some(true) {
-            return Some(next);
+        if warm && let Some(geometry) = fits() {
+            return Some((next, geometry));
         }
         factor.0 *= CUT.0;
     }

@@ -7,6 +7,7 @@
 use super::band::Band;
 use super::chords::{Chords, ROUND_OFF};
 use super::gas::Parameters;
+use super::geometry::Geometry;
 use super::kept::{self, Base};
 use super::limits::{Factor, Limits, inside, limit};
 use super::numbering::Unknowns;
@@ -200,7 +201,7 @@ pub(super) fn solve_near(
     let mut way = Way { to, gone: 0.0, from: Some(from) };
     let departed = depart(&mut way, base, unknowns, limits);
     if let Some(at) = departed.as_ref().filter(|_| way.gone == 1.0)
-        && let Some(residual) = Chords::of_neighbour(to, at, limits).finish(unknowns)
+        && let Some(residual) = Chords::of_neighbour(to, at, limits).finish(unknowns, &mut None)
     {
         return Ended::converged(1, residual, Arc::clone(base));
     }
@@ -214,10 +215,14 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
     let mut spare: Option<Band> = None;
     let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY, state: None };
     let mut taken: Option<Taken> = None;
+    // that of the unknowns, where it is known
+    let mut geometry: Option<Geometry<f64>> = None;
     for steps in 0..limits.steps {
         let problem = way.problem();
         let band = spare.take().map_or_else(|| kept::zeros(&problem.grid), Band::cleared);
-        let Some(mut at) = problem.linearise_in(band, unknowns) else { return progress.failed(steps, unknowns) };
+        let Some(mut at) = problem.linearise_in(band, unknowns, geometry.take()) else {
+            return progress.failed(steps, unknowns);
+        };
         let residual = at.residuals.largest();
         // written so that NaN is one
         if !residual.is_finite() {
@@ -241,7 +246,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         }
         let mut factor = way.factor(advance, limits);
         factor.limit(1.0, progress.largest_factor(steps));
-        let Some((change, next)) = step(&problem, unknowns, &mut at, limits.relaxed, &mut factor) else {
+        let Some((change, (next, of_next))) = step(&problem, unknowns, &mut at, limits.relaxed, &mut factor) else {
             return progress.failed(steps, unknowns);
         };
         let before = std::mem::replace(unknowns, next);
@@ -249,11 +254,17 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         if advance {
             way.advance(factor);
         }
+        if !advance {
+            geometry = Some(of_next);
+        }
         if way.gone == 1.0 && factor == 1.0 && !advance {
             let tiny = change.largest() < ROUND_OFF && residual < 1e-6;
             let chords = Chords::after(&problem, &at, limits, change.clone(), residual);
             // what Newton's steps do not change any more is converged to round-off
-            let end = if tiny { Some(largest_residual(&problem, unknowns)) } else { chords.finish(unknowns) };
+            let end = match tiny {
+                true => Some(largest_residual(&problem, unknowns)),
+                false => chords.finish(unknowns, &mut geometry),
+            };
             if let Some(end) = end {
                 let base = Arc::new(Base { problem, unknowns: before });
                 kept::keep_factors(&base, Arc::new(at));
@@ -271,14 +282,14 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
     progress.failed(limits.steps, unknowns)
 }
 
-/// A step of Newton's method within its limits, and the unknowns behind it; the system is left factorised.
+/// A step of Newton's method within its limits, and the unknowns behind it with their geometry; the system is left factorised.
 fn step(
     problem: &Problem,
     unknowns: &Unknowns,
     at: &mut Linearised,
     relaxed: bool,
     factor: &mut Factor,
-) -> Option<(Unknowns, Unknowns)> {
+) -> Option<(Unknowns, (Unknowns, Geometry<f64>))> {
     let Linearised { band, residuals, areas } = at;
     let change = band.factorised_step(&residuals.stations, &residuals.globals)?;
     if !change.largest().is_finite() {
@@ -290,7 +301,7 @@ fn step(
 }
 
 fn largest_residual(problem: &Problem, unknowns: &Unknowns) -> f64 {
-    problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest())
+    problem.residuals(unknowns, &mut None).map_or(f64::NAN, |r| r.largest())
 }
 
 /// Takes a solution towards that of a neighbouring flow by the tangent, with the factors made at `base`. The result is these
@@ -303,7 +314,7 @@ fn depart(way: &mut Way, base: &Arc<Base>, unknowns: &mut Unknowns, limits: &Lim
     let change = at.band.step(&slopes, &direction.globals.map(|v| v.eps[0]))?;
     let mut factor = way.factor(true, limits);
     limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
-    *unknowns = inside(&problem, unknowns, &change, &at.areas, &mut factor)?;
+    (*unknowns, _) = inside(&problem, unknowns, &change, &at.areas, &mut factor)?;
     way.advance(factor.0);
     Some(at)
 }

@@ -285,18 +285,30 @@ impl Problem {
     ) -> Option<Residuals<S>> {
         let flow = Flow::new(parameters);
         let geometry = self.geometry_in(nodes, unknowns, &flow)?;
-        let mut pass = Evaluation {
-            numbers: Numbers { geometry: &geometry, unknowns },
-            flow: &flow,
-            residuals: Residuals::zeros(&self.grid),
-        };
-        terms(&mut pass);
-        Some(pass.residuals)
+        Some(self.residuals_at(&geometry, &flow, unknowns, terms))
     }
 
-    /// Residuals at unknowns.
-    pub fn residuals(&self, unknowns: &Unknowns) -> Option<Residuals<f64>> {
-        self.residuals_in(&self.nodes, &self.parameters, unknowns, |pass| self.equations().pass(pass))
+    /// Residuals in any kind of number, for a geometry that is known.
+    pub fn residuals_at<S: Scalar + From<U>, U: Copy>(
+        &self,
+        geometry: &Geometry<S>,
+        flow: &Flow<S>,
+        unknowns: &Unknowns<U>,
+        terms: impl Fn(&mut Evaluation<S, U>),
+    ) -> Residuals<S> {
+        let numbers = Numbers { geometry, unknowns };
+        let mut pass = Evaluation { numbers, flow, residuals: Residuals::zeros(&self.grid) };
+        terms(&mut pass);
+        pass.residuals
+    }
+
+    /// Residuals at unknowns, whose geometry is put into `known` where it is not there already.
+    pub fn residuals(&self, unknowns: &Unknowns, known: &mut Option<Geometry<f64>>) -> Option<Residuals<f64>> {
+        let geometry = match known {
+            Some(geometry) => geometry,
+            None => known.insert(self.geometry(unknowns)?),
+        };
+        Some(self.residuals_at(geometry, &self.flow(), unknowns, |pass| self.equations().pass(pass)))
     }
 
     /// Areas of all tubes, interval by interval.
@@ -324,12 +336,18 @@ impl Problem {
     /// The system linearised at unknowns.
     #[cfg(test)]
     pub fn linearise(&self, unknowns: &Unknowns) -> Option<Linearised> {
-        self.linearise_in(Band::new(&self.grid), unknowns)
+        self.linearise_in(Band::new(&self.grid), unknowns, None)
     }
 
-    /// The system linearised at unknowns in `band`, which holds zeros.
-    pub fn linearise_in(&self, mut band: Band, unknowns: &Unknowns) -> Option<Linearised> {
-        let (geometry, moves) = (self.geometry(unknowns)?, self.moves(unknowns)?);
+    /// The system linearised at unknowns in `band`, which holds zeros. Their geometry is `known` or made.
+    pub fn linearise_in(
+        &self,
+        mut band: Band,
+        unknowns: &Unknowns,
+        known: Option<Geometry<f64>>,
+    ) -> Option<Linearised> {
+        let geometry = known.or_else(|| self.geometry(unknowns))?;
+        let moves = self.moves(unknowns)?;
         let flow = self.flow();
         let mut pass = Linearisation {
             numbers: Numbers { geometry: &geometry, unknowns },
