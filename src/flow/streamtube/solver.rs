@@ -67,8 +67,9 @@ const START: [Start; 5] = [
     },
     Start { name: "from the nose", panel: false, lift_first: false, early: EARLY[0] },
 ];
-/// Number of steps of which nothing comes until a flow that was carried over to another grid is given up. Most take two.
-const CARRIED_PATIENCE: usize = 6;
+/// Largest number of steps of a flow that was carried over to another grid, and of those of which nothing comes. Most flows
+/// take two.
+const CARRIED: (usize, usize) = (12, 6);
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
 
@@ -275,27 +276,27 @@ impl StreamtubeSection {
         let slow = self.slow(condition);
         let Some(coarse) = self.on_a_coarser_grid() else { return self.started(condition, slow.as_ref(), attempts) };
         let on_coarse = coarse.started(condition, slow.as_ref(), attempts);
-        // what is not found on a coarse grid from any guess is not found on a fine one either
-        if !on_coarse.ended.converged {
-            return on_coarse;
-        }
-        let direct = self.refined(condition, &on_coarse);
         let retry = self.solver.settings.retry;
-        if !retry && let Some(fine) = direct {
-            return fine;
+        let known = on_coarse.ended.converged;
+        if known {
+            let direct = self.refined(condition, &on_coarse);
+            if !retry && let Some(fine) = direct {
+                return fine;
+            }
+            let fine = direct.filter(|fine| fine.ended.converged);
+            if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &on_coarse)) {
+                return fine;
+            }
+            attempts.push(Attempt::of("from a coarser grid", on_coarse.ended.steps, on_coarse.ended.residual));
         }
-        let fine = direct.filter(|fine| fine.ended.converged);
-        if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &on_coarse)) {
-            return fine;
-        }
-        attempts.push(Attempt::of("from a coarser grid", on_coarse.ended.steps, on_coarse.ended.residual));
+        // what is not found by way of a coarse grid is seldom found without it: it is not sought for long
         let found = self.guessed(condition, slow.as_ref(), START[0], attempts);
         if found.ended.converged || !retry {
             return found;
         }
         attempts.push(Attempt::of(START[0].name, found.ended.steps, found.ended.residual));
         // a coarser grid shows at least what kind of flow it is
-        on_coarse
+        if known { on_coarse } else { found }
     }
 
     /// Starts from one guess after the other on this grid. Where none leads to a flow, the result is the state that came
@@ -326,7 +327,7 @@ impl StreamtubeSection {
         let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
         // transition on the finer grid may be elsewhere; it is kept until the flow stands
         problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-        let limits = Limits { tolerance: NEARLY, patience: CARRIED_PATIENCE, ..self.last() };
+        let limits = Limits { tolerance: NEARLY, ..self.carried() };
         let mut ended = solve(&problem, None, &mut unknowns, &limits);
         ended.steps += coarse.ended.steps;
         if ended.converged {
@@ -350,8 +351,7 @@ impl StreamtubeSection {
         }
         let problem = self.problem(condition, self.turning_of(condition, &found.unknowns));
         let Some(mut unknowns) = carried_over(&found.problem, &found.unknowns, &problem, globals) else { return found };
-        let limits = Limits { patience: CARRIED_PATIENCE, ..self.last() };
-        let mut ended = solve(&problem, None, &mut unknowns, &limits);
+        let mut ended = solve(&problem, None, &mut unknowns, &self.carried());
         ended.steps += found.ended.steps;
         if ended.converged { Found { problem, unknowns, ended } } else { found }
     }
@@ -494,6 +494,12 @@ impl StreamtubeSection {
             patience: PATIENCE,
             relaxed: true,
         }
+    }
+
+    /// Limits of a flow that was carried over to another grid.
+    fn carried(&self) -> Limits {
+        let (steps, patience) = CARRIED;
+        Limits { steps, patience, ..self.last() }
     }
 
     /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are
