@@ -70,6 +70,9 @@ const START: [Start; 5] = [
 /// Largest number of steps of a flow that was carried over to another grid, and of those of which nothing comes. Most flows
 /// take two.
 const CARRIED: (usize, usize) = (12, 6);
+/// Number of steps of which nothing comes until a start on a fine grid is given up, after those on a coarse one. Where they
+/// lead to a flow there are at most three in a row.
+const BRIEF: usize = 8;
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
 
@@ -439,6 +442,10 @@ impl StreamtubeSection {
     ) -> Found {
         let guessing = Guessing::new(&self.panels, &self.curve);
         let mut guess = Guess { lift_first, ..guessing.outer(condition, panel) };
+        // steps on a fine grid take long, and a coarse one has shown that they may lead nowhere
+        if self.on_a_coarser_grid().is_some() {
+            guess.patience = BRIEF;
+        }
         let mut turning = guessing.turning(condition, slow, guess.alpha);
         guess.layers = slow.map(|solution| {
             let distributions = solution.distributions();

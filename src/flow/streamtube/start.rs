@@ -9,7 +9,7 @@ use super::gas::Parameters;
 use super::geometry::CARRY;
 use super::geometry::displacement_thickness;
 use super::kernel::{Kernel, Row};
-use super::limits::{Limits, PATIENCE};
+use super::limits::Limits;
 use super::newton::{Ended, From, solve};
 use super::numbering::{ALPHA, CIRCULATION, Grid, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::outputs::{LIFT, WallPressure, wall_loads};
@@ -55,6 +55,8 @@ pub(super) struct Guess {
     /// Whether a lift that is sought is held from the slow flow on, and not put in at the end. Close to an angle at which
     /// the flow jumps from one branch to another, there may be no flow at the angle that is guessed.
     pub lift_first: bool,
+    /// Largest number of steps of which nothing comes.
+    pub patience: usize,
     /// Layers of a slow flow on both sides, from the stagnation point on.
     pub layers: Option<[Vec<StationFlow>; 2]>,
 }
@@ -67,7 +69,7 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         tolerance,
         stride: 1.0,
         hold: 0.5,
-        patience: PATIENCE,
+        patience: guess.patience,
         relaxed: guess.relaxed,
     };
     let lifted = problem.held == Held::Lift;
@@ -130,7 +132,7 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if late && ended.converged {
         let reached = lift(problem, &unknowns);
         let from = From { parameters: Parameters { incidence: reached, ..lifted_flow.parameters }, nodes: None };
-        let way = Limits { patience: LIFT_PATIENCE, ..end };
+        let way = Limits { patience: LIFT_PATIENCE.min(guess.patience), ..end };
         let before = unknowns.clone();
         ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &way));
         if !ended.converged {

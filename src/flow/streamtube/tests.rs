@@ -82,8 +82,16 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64, reach: f64) -> [f64; OUTP
         fixed_transition: Some(transition),
         parameters,
     };
-    let guess =
-        Guess { stagnation: nose, circulation: 0.0, alpha, transition, relaxed: true, lift_first: false, layers: None };
+    let guess = Guess {
+        stagnation: nose,
+        circulation: 0.0,
+        alpha,
+        transition,
+        relaxed: true,
+        lift_first: false,
+        patience: PATIENCE,
+        layers: None,
+    };
     let settings = StreamtubeSettings { tolerance: 1e-11, ..StreamtubeSettings::default() };
     let (mut unknowns, ended) = climb(&problem, &guess, &settings);
     assert!(ended.converged, "{ended:?}");
