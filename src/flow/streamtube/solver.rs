@@ -1,7 +1,7 @@
 //! The way from a section and an operating point to a solution of the streamtube solver.
 
 use super::equations::Held;
-use super::follow::{Following, NEAR};
+use super::follow::Following;
 use super::gas::Parameters;
 use super::grading::Stations;
 use super::guess::{Guessing, SHIFT, USUAL_TRANSITION, turning_of_trips};
@@ -14,7 +14,7 @@ use super::record::StreamtubeRecord;
 use super::refine::carried_over;
 use super::section_curve::SectionCurve;
 use super::settings::StreamtubeSettings;
-use super::start::{Guess, NEARLY, climb};
+use super::start::{Guess, climb};
 use super::status;
 use super::system::Problem;
 use crate::flow::condition::{Condition, Incidence, Settings};
@@ -39,8 +39,6 @@ const EARLY: [f64; 2] = [0.4, 0.1];
 const EARLIEST: f64 = 0.02;
 /// Mach number of the flow from which the place of free transition is guessed.
 const GUESS_MACH: f64 = 0.4;
-/// Cells a side and tubes of the grid that is tried last.
-const COARSE: [usize; 2] = [60, 14];
 /// A first guess of a flow.
 #[derive(Debug, Clone, Copy)]
 struct Start {
@@ -67,9 +65,6 @@ const START: [Start; 5] = [
     },
     Start { name: "from the nose", panel: false, lift_first: false, early: EARLY[0] },
 ];
-/// Largest number of steps of a flow that was carried over to another grid, and of those of which nothing comes. Most flows
-/// take two.
-const CARRIED: (usize, usize) = (12, 6);
 /// Number of steps of which nothing comes until a start on a fine grid is given up, after those on a coarse one. Where they
 /// lead to a flow there are at most three in a row.
 const BRIEF: usize = 8;
@@ -126,10 +121,10 @@ impl FlowSolver for StreamtubeSolver {
 
 /// A section prepared for the streamtube solver.
 #[derive(Debug)]
-struct StreamtubeSection {
-    panels: PanelledSection,
-    curve: SectionCurve<f64>,
-    solver: StreamtubeSolver,
+pub(super) struct StreamtubeSection {
+    pub panels: PanelledSection,
+    pub curve: SectionCurve<f64>,
+    pub solver: StreamtubeSolver,
 }
 
 impl FlowSection for StreamtubeSection {
@@ -148,10 +143,10 @@ impl FlowSection for StreamtubeSection {
 }
 
 /// The end of a search: the flow that was sought, its last state and how the iteration ended.
-struct Found {
-    problem: Problem,
-    unknowns: Unknowns,
-    ended: Ended,
+pub(super) struct Found {
+    pub problem: Problem,
+    pub unknowns: Unknowns,
+    pub ended: Ended,
 }
 
 impl StreamtubeSection {
@@ -191,7 +186,7 @@ impl StreamtubeSection {
     }
 
     /// The flow that is sought, with transition expected at fractions of the sides.
-    fn problem(&self, condition: &Condition, turning: [f64; 2]) -> Problem {
+    pub(super) fn problem(&self, condition: &Condition, turning: [f64; 2]) -> Problem {
         let (held, incidence) = match condition.incidence {
             Incidence::Alpha(alpha) => (Held::Angle, self.panels.nodes.frame.incidence(alpha)),
             Incidence::Lift(lift) => (Held::Lift, lift),
@@ -322,45 +317,8 @@ impl StreamtubeSection {
         nearest.unwrap_or_else(|| self.guessed(condition, slow, START[0], attempts))
     }
 
-    /// Goes on from a flow on a coarser grid.
-    fn refined(&self, condition: &Condition, coarse: &Found) -> Option<Found> {
-        let turning = self.turning_of(condition, &coarse.unknowns);
-        let mut problem = self.problem(condition, turning);
-        let globals = coarse.unknowns.globals;
-        let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
-        // transition on the finer grid may be elsewhere; it is kept until the flow stands
-        problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-        let limits = Limits { tolerance: NEARLY, ..self.carried() };
-        let mut ended = solve(&problem, None, &mut unknowns, &limits);
-        ended.steps += coarse.ended.steps;
-        if ended.converged {
-            ended = self.followed(condition, &mut problem, &mut unknowns, ended, true);
-        }
-        let first = TRANSITION.map(|g| globals[g]);
-        Some(self.laid_closer(condition, Found { problem, unknowns, ended }, first))
-    }
-
-    /// A flow on stations that are laid anew where transition has moved from where it was at first; the flow as it was where
-    /// that is not found.
-    fn laid_closer(&self, condition: &Condition, found: Found, first: [f64; 2]) -> Found {
-        let globals = found.unknowns.globals;
-        let far = |side: Side| {
-            let k = side.index();
-            let (place, length) = (globals[TRANSITION[k]], side.length(globals[STAGNATION], self.curve.total()));
-            (place - first[k]).abs() > NEAR[0] * place.min(length - place)
-        };
-        if !found.ended.converged || !Side::BOTH.into_iter().any(far) {
-            return found;
-        }
-        let problem = self.problem(condition, self.turning_of(condition, &found.unknowns));
-        let Some(mut unknowns) = carried_over(&found.problem, &found.unknowns, &problem, globals) else { return found };
-        let mut ended = solve(&problem, None, &mut unknowns, &self.carried());
-        ended.steps += found.ended.steps;
-        if ended.converged { Found { problem, unknowns, ended } } else { found }
-    }
-
     /// Fractions of the sides at which the layers of a flow turn turbulent, with those of the trips where they do there.
-    fn turning_of(&self, condition: &Condition, unknowns: &Unknowns) -> [f64; 2] {
+    pub(super) fn turning_of(&self, condition: &Condition, unknowns: &Unknowns) -> [f64; 2] {
         let trips = turning_of_trips(condition.trips);
         let stagnation = unknowns.globals[STAGNATION];
         Side::BOTH.map(|side| {
@@ -375,14 +333,14 @@ impl StreamtubeSection {
     }
 
     /// Arc length from the first node to the trip of a side.
-    fn trip(&self, condition: &Condition, side: Side) -> Option<f64> {
+    pub(super) fn trip(&self, condition: &Condition, side: Side) -> Option<f64> {
         let x = condition.trips[side.index()].filter(|x| *x < 1.0)?;
         Some(self.curve.arc_length(self.curve.index_at_x(side, x)))
     }
 
     /// Leads a flow with fixed transition to one with free transition; `known` says whether a flow on another grid has it
     /// there.
-    fn followed(
+    pub(super) fn followed(
         &self,
         condition: &Condition,
         problem: &mut Problem,
@@ -406,29 +364,6 @@ impl StreamtubeSection {
             settings: &self.solver.settings,
         };
         following.follow(problem, unknowns, before, known)
-    }
-
-    /// Goes on from a flow on a coarser grid to one between that and the one that is wanted, and from there.
-    fn refined_by_way_of_another(&self, condition: &Condition, coarse: &Found) -> Option<Found> {
-        let between = |from: usize, to: usize| ((from * to) as f64).sqrt().round() as usize;
-        let (grid, settings) = (&coarse.problem.grid, &self.solver.settings);
-        let cells = between(grid.stations.fractions.len() - 1, settings.cells);
-        let middle = self.on_grid([cells, between(grid.half(), settings.tubes)]).refined(condition, coarse)?;
-        let fine = if middle.ended.converged { self.refined(condition, &middle) } else { None };
-        fine.filter(|fine| fine.ended.converged)
-    }
-
-    /// This section for a coarser grid; `None` where the grid is coarse already.
-    fn on_a_coarser_grid(&self) -> Option<Self> {
-        let settings = self.solver.settings;
-        let finer = settings.cells > COARSE[0] && settings.tubes > COARSE[1];
-        finer.then(|| self.on_grid(COARSE))
-    }
-
-    /// This section for a grid with other cells and tubes.
-    fn on_grid(&self, [cells, tubes]: [usize; 2]) -> Self {
-        let solver = StreamtubeSolver { settings: StreamtubeSettings { cells, tubes, ..self.solver.settings } };
-        Self { panels: self.panels.clone(), curve: self.curve.clone(), solver }
     }
 
     /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are
@@ -491,7 +426,7 @@ impl StreamtubeSection {
     }
 
     /// Limits of the last stage of a start.
-    fn last(&self) -> Limits {
+    pub(super) fn last(&self) -> Limits {
         let settings = &self.solver.settings;
         Limits {
             steps: settings.iterations,
@@ -501,12 +436,6 @@ impl StreamtubeSection {
             patience: PATIENCE,
             relaxed: true,
         }
-    }
-
-    /// Limits of a flow that was carried over to another grid.
-    fn carried(&self) -> Limits {
-        let (steps, patience) = CARRIED;
-        Limits { steps, patience, ..self.last() }
     }
 
     /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are
