@@ -20,8 +20,9 @@ const STEPS: (usize, usize) = (20, 6);
 /// Distances of transition from its wanted place from which on it is let go, one after the other, over its distance from
 /// the nearer end of the side. At a shock only the nearer one may do.
 pub(super) const NEAR: [f64; 2] = [0.08, 0.005];
-/// Number of Newton steps of which nothing comes until transition that was let go far from its wanted place is held again.
-const FAR_PATIENCE: usize = 12;
+/// Number of Newton steps after which transition that was let go where it stood is held again, and of those of which nothing
+/// comes where it was let go far from its wanted place. Most flows take two to nine steps.
+const FAR: (usize, usize) = (12, 12);
 
 /// A way to get near the wanted place before transition is let go.
 #[derive(Debug, Clone, Copy)]
@@ -95,8 +96,9 @@ impl Following<'_> {
                 Approach::Bold(near) => self.approach(problem, unknowns, &mut rules, near, &SHARES[..1], &mut steps),
                 Approach::Careful(near) => self.approach(problem, unknowns, &mut rules, near, &SHARES, &mut steps),
             };
-            let patience = if arrived { PATIENCE } else { FAR_PATIENCE };
-            let (released, state, end) = self.released(problem, unknowns, patience);
+            let most = if matches!(approach, Approach::None) { FAR.0 } else { self.settings.iterations };
+            let patience = if arrived { PATIENCE } else { FAR.1 };
+            let (released, state, end) = self.released(problem, unknowns, most.min(self.settings.iterations), patience);
             steps += end.steps;
             ended = Ended { steps, ..end };
             if ended.converged {
@@ -155,18 +157,17 @@ impl Following<'_> {
     }
 
     /// The flow with transition let go.
-    fn released(&self, problem: &Problem, unknowns: &Unknowns, patience: usize) -> (Problem, Unknowns, Ended) {
-        let settings = self.settings;
+    fn released(
+        &self,
+        problem: &Problem,
+        unknowns: &Unknowns,
+        steps: usize,
+        patience: usize,
+    ) -> (Problem, Unknowns, Ended) {
         let released = Problem { fixed_transition: None, ..problem.clone() };
         let mut state = unknowns.clone();
-        let limits = Limits {
-            steps: settings.iterations,
-            tolerance: settings.tolerance,
-            stride: 1.0,
-            hold: 0.5,
-            patience,
-            relaxed: true,
-        };
+        let tolerance = self.settings.tolerance;
+        let limits = Limits { steps, tolerance, stride: 1.0, hold: 0.5, patience, relaxed: true };
         let ended = solve(&released, None, &mut state, &limits);
         (released, state, ended)
     }

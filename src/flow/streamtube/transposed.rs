@@ -27,8 +27,7 @@ const EXPECTED: f64 = 5.0;
 const TRIED: usize = 3;
 /// Number of times that the residual is evaluated anew and corrected further, where the corrections have lost digits, and the
 /// largest one with which that is tried. Corrections that are nearly those before keep few digits of the right angle.
-const RENEWALS: usize = 2;
-const RENEWABLE: f64 = 1e-6;
+const RENEWALS: (usize, f64) = (2, 1e-6);
 /// Square of the sine of the angle to other corrections below which one adds nothing to them.
 const NEW: f64 = 1e-10;
 
@@ -57,7 +56,7 @@ pub(super) fn adjoint(band: &Band, local: &Local, moves: &Moves, held: usize) ->
     let mut residual = local.by_unknowns(moves, &local.weighed_outputs());
     let norms = products(&residual, &residual);
     let mut known: Vec<Corrections> = Vec::new();
-    for _ in 0..=RENEWALS {
+    for _ in 0..=RENEWALS.0 {
         let mut left = f64::INFINITY;
         let mut tried = 0;
         while !is_small(&residual, &norms, TOLERANCE[0]) {
@@ -82,7 +81,7 @@ pub(super) fn adjoint(band: &Band, local: &Local, moves: &Moves, held: usize) ->
         if is_small(&residual, &norms, TOLERANCE[1]) {
             return Some(Adjoint { weights, sums });
         }
-        if !(share_left(&residual, &norms) < RENEWABLE) {
+        if !(share_left(&residual, &norms) < RENEWALS.1) {
             break;
         }
         known.iter().for_each(|own| own.apply(&mut residual, &mut weights));
