@@ -5,21 +5,24 @@
 //!
 //! Source: Kelley, "Iterative Methods for Linear and Nonlinear Equations", SIAM (1995), section 7.3.
 
+use super::geometry::Geometry;
 use super::limits::{Factor, Limits, inside, limit};
 use super::numbering::Unknowns;
 use super::system::{Linearised, Problem, Residuals};
 
 /// Largest number of steps with the same factors.
 const STEPS: usize = 12;
-/// Largest number of further steps that are expected to be enough; a step with new factors and those behind it cost as much.
-const EXPECTED: f64 = 7.0;
+/// Largest number of further steps that are expected to be enough. More cost as much as new factors and a step with them,
+/// which are better ones for the adjoint and for the next flow of a design.
+const EXPECTED: f64 = 3.0;
 /// Largest ratio of the residuals after and before a step that is expected to lead anywhere.
 const RATIO: f64 = 0.4;
 /// With the factors of a neighbour: the largest ratio of the residuals with which the iteration may end, and the residual
 /// at which new factors are made otherwise. Those are then good ones for the adjoint.
 const NEIGHBOUR: (f64, f64) = (0.03, 1e-5);
-/// Largest number of steps with the factors of a neighbour that are expected to come to that residual.
-const APPROACH: f64 = 5.0;
+/// With the factors of a neighbour: the largest ratio that is expected to lead anywhere, and the largest number of steps to
+/// that residual at the last ratio. The ratio falls from step to step as the steps tell more of the system.
+const APPROACH: (f64, f64) = (0.7, 12.0);
 /// Largest change of any unknown, and largest residual after it, of a flow that is converged to round-off.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 /// Largest share of a step in the one before that is corrected.
@@ -49,11 +52,11 @@ impl<'a> Chords<'a> {
     }
 
     /// Goes on to a residual below the tolerance, which is the result, where that costs less than new factors. The unknowns
-    /// are the best that were found.
-    pub fn finish(mut self, unknowns: &mut Unknowns) -> Option<f64> {
+    /// are the best that were found, and `geometry` is theirs where it is known.
+    pub fn finish(mut self, unknowns: &mut Unknowns, geometry: &mut Option<Geometry<f64>>) -> Option<f64> {
         let mut last = None;
         for number in 0..=STEPS {
-            let residuals = self.problem.residuals(unknowns);
+            let residuals = self.problem.residuals(unknowns, geometry);
             let residual = residuals.as_ref().map_or(f64::NAN, Residuals::largest);
             if residual < self.limits.tolerance {
                 return Some(residual);
@@ -67,12 +70,14 @@ impl<'a> Chords<'a> {
                 && !self.before.is_some_and(|before| residual < before)
             {
                 *unknowns = last;
+                *geometry = None;
                 return None;
             }
             if number == STEPS || !self.is_worth_while(number, residual) {
                 return None;
             }
-            let next = self.next(unknowns, &residuals?)?;
+            let (next, of_next) = self.next(unknowns, &residuals?)?;
+            *geometry = Some(of_next);
             last = Some(std::mem::replace(unknowns, next));
             self.before = Some(residual);
         }
@@ -89,7 +94,8 @@ impl<'a> Chords<'a> {
         if self.own || ratio < good {
             return ratio < RATIO && further <= EXPECTED;
         }
-        ratio < RATIO && residual > close && (close / residual).ln() / ratio.ln() <= APPROACH
+        let (largest, steps) = APPROACH;
+        ratio < largest && residual > close && (close / residual).ln() / ratio.ln() <= steps
     }
 
     /// Whether a residual does not fall any more because the last step was one of round-off.
@@ -99,8 +105,8 @@ impl<'a> Chords<'a> {
         self.own && still && tiny && residual <= ROUND_OFF
     }
 
-    /// The unknowns after the next step; `None` where it would have to be cut.
-    fn next(&mut self, unknowns: &Unknowns, residuals: &Residuals<f64>) -> Option<Unknowns> {
+    /// The unknowns after the next step, with their geometry; `None` where it would have to be cut.
+    fn next(&mut self, unknowns: &Unknowns, residuals: &Residuals<f64>) -> Option<(Unknowns, Geometry<f64>)> {
         let change = self.corrected(self.at.band.step(&residuals.stations, &residuals.globals)?)?;
         let mut factor = Factor::full();
         limit(self.problem, unknowns, &change, self.limits.relaxed, &mut factor);

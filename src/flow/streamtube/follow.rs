@@ -4,7 +4,7 @@
 //! Its amplification says where transition wants to be. Stations are laid there and the flow is carried over, until
 //! transition stands close enough for Newton's method to find its place together with all other unknowns.
 
-use super::limits::Limits;
+use super::limits::{Limits, PATIENCE};
 use super::newton::{Ended, solve};
 use super::numbering::{STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::refine::carried_over;
@@ -15,11 +15,30 @@ use crate::flow::layer::Side;
 
 /// Largest number of flows with fixed transition.
 const FLOWS: usize = 16;
-/// Largest number of Newton steps of one of them.
-const STEPS: usize = 20;
+/// Largest number of Newton steps of one of them, and of those of which nothing comes. Most flows take two to four steps.
+const STEPS: (usize, usize) = (20, 6);
 /// Distances of transition from its wanted place from which on it is let go, one after the other, over its distance from
 /// the nearer end of the side. At a shock only the nearer one may do.
-const NEAR: [f64; 2] = [0.08, 0.005];
+pub(super) const NEAR: [f64; 2] = [0.08, 0.005];
+/// Number of Newton steps after which transition that was let go where it stood is held again, and of those of which nothing
+/// comes where it was let go far from its wanted place. Most flows take two to nine steps.
+const FAR: (usize, usize) = (12, 12);
+
+/// A way to get near the wanted place before transition is let go.
+#[derive(Debug, Clone, Copy)]
+enum Approach {
+    /// Transition is let go where it stands.
+    None,
+    /// Whole moves to within a distance, as long as they lead to flows.
+    Bold(f64),
+    /// Moves to within a distance, which are shortened where they lead to no flow.
+    Careful(f64),
+}
+
+/// The ways in which transition is approached from a guess.
+const FROM_A_GUESS: [Approach; 3] = [Approach::Bold(NEAR[0]), Approach::Careful(NEAR[0]), Approach::Careful(NEAR[1])];
+/// The ways in which transition is approached from where a flow on another grid has it.
+const FROM_A_FLOW: [Approach; 3] = [Approach::None, Approach::Careful(NEAR[0]), Approach::Careful(NEAR[1])];
 /// Largest ratio of the place of transition after and before a move, and of that from the edge.
 const MOVE: f64 = 1.5;
 /// Shares of a move that are tried one after the other.
@@ -36,18 +55,20 @@ const SLOPES: [f64; 2] = [-8.0, -0.5];
 struct Rule {
     /// The last place, and the distance of the wanted one from there.
     last: Option<[f64; 2]>,
+    /// Change of the distance per change of the place, where two places are known.
+    slope: Option<f64>,
 }
 
 impl Rule {
     /// The move from a place, from which the wanted place has a distance.
     fn next(&mut self, place: f64, distance: f64) -> f64 {
         let [least, most] = SLOPES;
-        let slope = self.last.replace([place, distance]).map_or(-1.0, |[before, old]| {
+        if let Some([before, old]) = self.last.replace([place, distance]) {
             let slope = (distance - old) / (place - before);
-            // a move of nothing says nothing
-            if slope.is_finite() { slope.clamp(least, most) } else { -1.0 }
-        });
-        -distance / slope
+            // a move of nothing says nothing, and leaves what is known
+            self.slope = if slope.is_finite() { Some(slope.clamp(least, most)) } else { self.slope };
+        }
+        -distance / self.slope.unwrap_or(-1.0)
     }
 }
 
@@ -63,19 +84,29 @@ pub(super) struct Following<'a> {
 }
 
 impl Following<'_> {
-    /// Leads a flow with fixed transition to one with free transition. Where that is not found, problem and unknowns hold
-    /// the last flow with fixed transition.
-    pub fn follow(&self, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
+    /// Leads a flow with fixed transition to one with free transition; `known` says whether a flow on another grid has it
+    /// there. Where free transition is not found, problem and unknowns hold the last flow with fixed transition.
+    pub fn follow(&self, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended, known: bool) -> Ended {
         let mut steps = before.steps;
         let mut rules = [Rule::default(); 2];
         let mut ended = before;
-        for near in NEAR {
-            self.approach(problem, unknowns, &mut rules, near, &mut steps);
-            let (released, state, end) = self.released(problem, unknowns);
+        for approach in if known { FROM_A_FLOW } else { FROM_A_GUESS } {
+            let arrived = match approach {
+                Approach::None => false,
+                Approach::Bold(near) => self.approach(problem, unknowns, &mut rules, near, &SHARES[..1], &mut steps),
+                Approach::Careful(near) => self.approach(problem, unknowns, &mut rules, near, &SHARES, &mut steps),
+            };
+            let most = if matches!(approach, Approach::None) { FAR.0 } else { self.settings.iterations };
+            let patience = if arrived { PATIENCE } else { FAR.1 };
+            let (released, state, end) = self.released(problem, unknowns, most.min(self.settings.iterations), patience);
             steps += end.steps;
             ended = Ended { steps, ..end };
             if ended.converged {
                 (*problem, *unknowns) = (released, state);
+                break;
+            }
+            // moves that led to no flow would not do so either another time
+            if !arrived && matches!(approach, Approach::Careful(_)) {
                 break;
             }
         }
@@ -83,15 +114,18 @@ impl Following<'_> {
     }
 
     /// Moves transition until it stands within the share `near` of the way to the nearer end of the side from its wanted
-    /// place.
+    /// place, by whole moves or, where those lead to no flow, by shares of them. The result is whether it stands there.
     fn approach(
         &self,
         problem: &mut Problem,
         unknowns: &mut Unknowns,
         rules: &mut [Rule; 2],
         near: f64,
+        shares: &[f64],
         steps: &mut usize,
-    ) {
+    ) -> bool {
+        // number of the largest share that is tried
+        let mut largest = 0;
         for _ in 0..FLOWS {
             let now = TRANSITION.map(|g| unknowns.globals[g]);
             let lengths = Side::BOTH.map(|side| side.length(unknowns.globals[STAGNATION], self.total));
@@ -99,11 +133,11 @@ impl Following<'_> {
                 std::array::from_fn(|k| rules[k].next(now[k], self.wanted(problem, unknowns, Side::BOTH[k]) - now[k]));
             let far = |k: usize| moves[k].abs() > near * now[k].min(lengths[k] - now[k]);
             if !far(0) && !far(1) {
-                return;
+                return true;
             }
-            let moved = SHARES.into_iter().find_map(|share| {
+            let moved = (largest..shares.len()).find_map(|number| {
                 let places = std::array::from_fn(|k| {
-                    let place = now[k] + share * moves[k];
+                    let place = now[k] + shares[number] * moves[k];
                     let rest = lengths[k] - now[k];
                     place.clamp(
                         (now[k] / MOVE).max(lengths[k] - MOVE * rest),
@@ -112,20 +146,28 @@ impl Following<'_> {
                 });
                 let (next, state, ended) = self.fixed(problem, unknowns, places, lengths)?;
                 *steps += ended.steps;
+                // the next move may be a little bolder
+                largest = number.saturating_sub(1);
                 ended.converged.then_some((next, state))
             });
-            let Some((next, state)) = moved else { return };
+            let Some((next, state)) = moved else { return false };
             (*problem, *unknowns) = (next, state);
         }
+        false
     }
 
     /// The flow with transition let go.
-    fn released(&self, problem: &Problem, unknowns: &Unknowns) -> (Problem, Unknowns, Ended) {
-        let settings = self.settings;
+    fn released(
+        &self,
+        problem: &Problem,
+        unknowns: &Unknowns,
+        steps: usize,
+        patience: usize,
+    ) -> (Problem, Unknowns, Ended) {
         let released = Problem { fixed_transition: None, ..problem.clone() };
         let mut state = unknowns.clone();
-        let limits =
-            Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true };
+        let tolerance = self.settings.tolerance;
+        let limits = Limits { steps, tolerance, stride: 1.0, hold: 0.5, patience, relaxed: true };
         let ended = solve(&released, None, &mut state, &limits);
         (released, state, ended)
     }
@@ -145,7 +187,8 @@ impl Following<'_> {
             from.globals[g] = place;
         }
         let mut state = carried_over(problem, unknowns, &next, from.globals)?;
-        let limits = Limits { steps: STEPS, tolerance: NEARLY, stride: 1.0, hold: 0.5, relaxed: true };
+        let (steps, patience) = STEPS;
+        let limits = Limits { steps, tolerance: NEARLY, stride: 1.0, hold: 0.5, patience, relaxed: true };
         let ended = solve(&next, None, &mut state, &limits);
         Some((next, state, ended))
     }

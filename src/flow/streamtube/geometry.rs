@@ -130,13 +130,16 @@ pub(super) struct Geometry<S> {
 }
 
 impl<S: Scalar> Geometry<S> {
-    pub fn new(
+    pub fn new<U: Copy>(
         grid: &Grid,
         shape: &Shape<S>,
         background: Background<S>,
-        unknowns: &Unknowns,
+        unknowns: &Unknowns<U>,
         law: &impl EdgeLaw<Number = S>,
-    ) -> Self {
+    ) -> Self
+    where
+        S: From<U>,
+    {
         let gaps = gaps(grid, &background.wall);
         let mut nodes = Vec::with_capacity(grid.count() * grid.lines());
         for station in 0..grid.count() {
@@ -150,7 +153,7 @@ impl<S: Scalar> Geometry<S> {
                 let (side, _) = grid.side_of(line);
                 let mut displacement = thickness[side.index()] * movement.by_layer;
                 if movement.free {
-                    displacement += unknowns.at(grid.displacement(station, line));
+                    displacement += S::from(unknowns.at(grid.displacement(station, line)));
                 }
                 if movement.by_gap != 0.0 {
                     displacement += gaps[station - grid.stations.edge()] * movement.by_gap;

@@ -1,5 +1,6 @@
 //! The first guess of a flow: stagnation point and circulation of a flow without layers, and where transition is expected.
 
+use super::limits::PATIENCE;
 use super::section_curve::SectionCurve;
 use super::start::Guess;
 use crate::flow::PanelledSection;
@@ -69,7 +70,16 @@ impl<'a> Guessing<'a> {
             false => (self.nose(), 0.0),
         };
         let transition = [0.0; 2];
-        Guess { stagnation, circulation, alpha, transition, relaxed: panel, lift_first: false, layers: None }
+        Guess {
+            stagnation,
+            circulation,
+            alpha,
+            transition,
+            relaxed: panel,
+            lift_first: false,
+            patience: PATIENCE,
+            layers: None,
+        }
     }
 
     /// Fractions of the sides at which transition is expected: at the trips, or where the slower flow has it without

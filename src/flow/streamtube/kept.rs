@@ -80,7 +80,7 @@ pub(super) fn factorised(base: &Arc<Base>) -> Option<Arc<Linearised>> {
     let make = || {
         let known = remove(&mut store().linearised, base);
         let Base { problem, unknowns } = &**base;
-        let mut at = known.or_else(|| problem.linearise_in(zeros(&problem.grid), unknowns))?;
+        let mut at = known.or_else(|| problem.linearise_in(zeros(&problem.grid), unknowns, None))?;
         at.band.factorise().then(|| Arc::new(at))
     };
     let at = known.or_else(make)?;

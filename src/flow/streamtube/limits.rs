@@ -1,5 +1,6 @@
 //! Limits of the steps of Newton's method.
 
+use super::geometry::Geometry;
 use super::numbering::{ALPHA, LAYER, SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::system::Problem;
 use crate::flow::layer::Regime;
@@ -15,10 +16,14 @@ pub(super) struct Limits {
     pub stride: f64,
     /// Residual above which the way is not gone on.
     pub hold: f64,
+    /// Largest number of steps of which nothing comes.
+    pub patience: usize,
     /// Whether small speeds may change by more than a quarter of themselves.
     pub relaxed: bool,
 }
 
+/// Number of steps of which nothing comes until an iteration is given up that nothing better can take the place of.
+pub(super) const PATIENCE: usize = 20;
 /// Largest change of the angle of attack in one step.
 const ANGLE_STEP: f64 = 0.02;
 /// Largest change of the place of the stagnation point in one step.
@@ -75,6 +80,10 @@ pub(super) fn limit(problem: &Problem, unknowns: &Unknowns, change: &Unknowns, r
             let laminar = sheet != Sheet::Wake && grid.regime(station, sheet) == Regime::Laminar;
             let changes = change.layer(grid, station, sheet);
             for k in 0..LAYER {
+                // amplification does nothing to a flow whose transition is kept
+                if k == 2 && laminar && problem.fixed_transition.is_some() {
+                    continue;
+                }
                 let largest = if k == 2 && laminar { LAYER_CHANGES[4] } else { LAYER_CHANGES[k] };
                 factor.limit(changes[k].abs(), largest);
             }
@@ -88,14 +97,14 @@ pub(super) fn limit(problem: &Problem, unknowns: &Unknowns, change: &Unknowns, r
     debug_assert_eq!(SPEED, 3);
 }
 
-/// The unknowns after the step, cut back until every tube keeps a reasonable area and temperature.
+/// The unknowns after the step, cut back until every tube keeps a reasonable area and temperature, and their geometry.
 pub(super) fn inside(
     problem: &Problem,
     unknowns: &Unknowns,
     change: &Unknowns,
     areas: &[f64],
     factor: &mut Factor,
-) -> Option<Unknowns> {
+) -> Option<(Unknowns, Geometry<f64>)> {
     let (grid, flow) = (&problem.grid, problem.flow());
     let [least, most] = AREA_CHANGES;
     for _ in 0..CUT.1 {
@@ -109,10 +118,10 @@ pub(super) fn inside(
         let fits = || {
             let geometry = problem.geometry(&next)?;
             let ratios = problem.areas(&geometry);
-            Some(ratios.iter().zip(areas).all(|(new, old)| new / old > least && new / old < most))
+            ratios.iter().zip(areas).all(|(new, old)| new / old > least && new / old < most).then_some(geometry)
         };
-        if warm && fits() == Some(true) {
-            return Some(next);
+        if warm && let Some(geometry) = fits() {
+            return Some((next, geometry));
         }
         factor.0 *= CUT.0;
     }

@@ -13,7 +13,7 @@
 //! [`layer`](super::layer)); [`equations`] lists them all, and [`outputs`] those of forces. [`system`] evaluates and
 //! linearises them, [`band`] solves the linear system by [`block`]s, their [`dense`] parts, [`strips`] of columns and
 //! [`rows`], [`newton`] iterates within [`limits`], with factors that are kept by [`chords`], [`guess`] says where a flow may
-//! begin, and [`start`] leads from nothing to it. [`adjoint`] differentiates a solution by the [`transposed`] system, whose
+//! begin, [`start`] leads from nothing to it, and [`finer`] from a coarse grid to the one that is wanted. [`adjoint`] differentiates a solution by the [`transposed`] system, whose
 //! derivatives stand in [`local`] term by term, with the factors that [`kept`] holds. [`solver`] is the door, [`record`]
 //! what a solution keeps, [`status`] says whether
 //! it holds. [`gas`] and [`settings`] hold numbers.
@@ -32,6 +32,7 @@ mod chords;
 mod dense;
 mod equations;
 mod far_field;
+mod finer;
 mod follow;
 mod gas;
 mod geometry;

@@ -7,6 +7,7 @@
 use super::band::Band;
 use super::chords::{Chords, ROUND_OFF};
 use super::gas::Parameters;
+use super::geometry::Geometry;
 use super::kept::{self, Base};
 use super::limits::{Factor, Limits, inside, limit};
 use super::numbering::Unknowns;
@@ -19,9 +20,8 @@ type Direction = Tangent<1>;
 /// Largest change of the Mach number of the onset flow in one step.
 const MACH_STEP: f64 = 0.08;
 
-/// Number of steps within which the residual falls to the second number of itself, or the way goes on by the third, in an
-/// iteration that leads anywhere.
-const PATIENCE: (usize, f64, f64) = (20, 0.8, 1e-3);
+/// Ratio to which the residual falls, or share of the way that is gone on, in steps of which something comes.
+const PROGRESS: (f64, f64) = (0.8, 1e-3);
 
 /// The last step at which an iteration came nearer to its end.
 struct Progress {
@@ -33,13 +33,13 @@ struct Progress {
 }
 
 impl Progress {
-    /// Whether nothing has come of many steps.
-    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns) -> bool {
-        let (steps, fall, advance) = PATIENCE;
+    /// Whether nothing has come of more steps than are borne with.
+    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns, patience: usize) -> bool {
+        let (fall, advance) = PROGRESS;
         if gone > self.gone + advance || residual < fall * self.residual {
             *self = Self { step, gone, residual, state: Some(unknowns.clone()) };
         }
-        step - self.step > steps
+        step - self.step > patience
     }
 
     /// The end of an iteration that failed after some steps. The unknowns are left where it came nearer to its end for the
@@ -201,7 +201,7 @@ pub(super) fn solve_near(
     let mut way = Way { to, gone: 0.0, from: Some(from) };
     let departed = depart(&mut way, base, unknowns, limits);
     if let Some(at) = departed.as_ref().filter(|_| way.gone == 1.0)
-        && let Some(residual) = Chords::of_neighbour(to, at, limits).finish(unknowns)
+        && let Some(residual) = Chords::of_neighbour(to, at, limits).finish(unknowns, &mut None)
     {
         return Ended::converged(1, residual, Arc::clone(base));
     }
@@ -215,10 +215,14 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
     let mut spare: Option<Band> = None;
     let mut progress = Progress { step: 0, gone: way.gone, residual: f64::INFINITY, state: None };
     let mut taken: Option<Taken> = None;
+    // that of the unknowns, where it is known
+    let mut geometry: Option<Geometry<f64>> = None;
     for steps in 0..limits.steps {
         let problem = way.problem();
         let band = spare.take().map_or_else(|| kept::zeros(&problem.grid), Band::cleared);
-        let Some(mut at) = problem.linearise_in(band, unknowns) else { return progress.failed(steps, unknowns) };
+        let Some(mut at) = problem.linearise_in(band, unknowns, geometry.take()) else {
+            return progress.failed(steps, unknowns);
+        };
         let residual = at.residuals.largest();
         // written so that NaN is one
         if !residual.is_finite() {
@@ -233,7 +237,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
             kept::keep(&base, at);
             return Ended::converged(steps, residual, base);
         }
-        if progress.is_over(steps, way.gone, residual, unknowns) {
+        if progress.is_over(steps, way.gone, residual, unknowns, limits.patience) {
             return progress.failed(steps, unknowns);
         }
         let advance = way.gone < 1.0 && residual < limits.hold;
@@ -242,7 +246,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         }
         let mut factor = way.factor(advance, limits);
         factor.limit(1.0, progress.largest_factor(steps));
-        let Some((change, next)) = step(&problem, unknowns, &mut at, limits.relaxed, &mut factor) else {
+        let Some((change, (next, of_next))) = step(&problem, unknowns, &mut at, limits.relaxed, &mut factor) else {
             return progress.failed(steps, unknowns);
         };
         let before = std::mem::replace(unknowns, next);
@@ -250,11 +254,17 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         if advance {
             way.advance(factor);
         }
+        if !advance {
+            geometry = Some(of_next);
+        }
         if way.gone == 1.0 && factor == 1.0 && !advance {
             let tiny = change.largest() < ROUND_OFF && residual < 1e-6;
             let chords = Chords::after(&problem, &at, limits, change.clone(), residual);
             // what Newton's steps do not change any more is converged to round-off
-            let end = if tiny { Some(largest_residual(&problem, unknowns)) } else { chords.finish(unknowns) };
+            let end = match tiny {
+                true => Some(largest_residual(&problem, unknowns)),
+                false => chords.finish(unknowns, &mut geometry),
+            };
             if let Some(end) = end {
                 let base = Arc::new(Base { problem, unknowns: before });
                 kept::keep_factors(&base, Arc::new(at));
@@ -272,14 +282,14 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
     progress.failed(limits.steps, unknowns)
 }
 
-/// A step of Newton's method within its limits, and the unknowns behind it; the system is left factorised.
+/// A step of Newton's method within its limits, and the unknowns behind it with their geometry; the system is left factorised.
 fn step(
     problem: &Problem,
     unknowns: &Unknowns,
     at: &mut Linearised,
     relaxed: bool,
     factor: &mut Factor,
-) -> Option<(Unknowns, Unknowns)> {
+) -> Option<(Unknowns, (Unknowns, Geometry<f64>))> {
     let Linearised { band, residuals, areas } = at;
     let change = band.factorised_step(&residuals.stations, &residuals.globals)?;
     if !change.largest().is_finite() {
@@ -291,7 +301,7 @@ fn step(
 }
 
 fn largest_residual(problem: &Problem, unknowns: &Unknowns) -> f64 {
-    problem.residuals(unknowns).map_or(f64::NAN, |r| r.largest())
+    problem.residuals(unknowns, &mut None).map_or(f64::NAN, |r| r.largest())
 }
 
 /// Takes a solution towards that of a neighbouring flow by the tangent, with the factors made at `base`. The result is these
@@ -304,7 +314,7 @@ fn depart(way: &mut Way, base: &Arc<Base>, unknowns: &mut Unknowns, limits: &Lim
     let change = at.band.step(&slopes, &direction.globals.map(|v| v.eps[0]))?;
     let mut factor = way.factor(true, limits);
     limit(&problem, unknowns, &change, limits.relaxed, &mut factor);
-    *unknowns = inside(&problem, unknowns, &change, &at.areas, &mut factor)?;
+    (*unknowns, _) = inside(&problem, unknowns, &change, &at.areas, &mut factor)?;
     way.advance(factor.0);
     Some(at)
 }

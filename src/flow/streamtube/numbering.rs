@@ -195,10 +195,21 @@ impl Grid {
 
 /// All unknowns of a flow.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Unknowns {
+pub(super) struct Unknowns<S = f64> {
     /// The unknowns of each station.
-    pub stations: Vec<Vec<f64>>,
-    pub globals: [f64; GLOBALS],
+    pub stations: Vec<Vec<S>>,
+    pub globals: [S; GLOBALS],
+}
+
+impl<S: Copy> Unknowns<S> {
+    pub fn at(&self, place: Place) -> S {
+        self.stations[place.station][place.index]
+    }
+
+    /// The unknowns of a sheet of the layer at a station.
+    pub fn layer(&self, grid: &Grid, station: usize, sheet: Sheet) -> [S; LAYER] {
+        std::array::from_fn(|k| self.at(grid.layer(station, sheet, k)))
+    }
 }
 
 impl Unknowns {
@@ -206,17 +217,8 @@ impl Unknowns {
         Self { stations: (0..grid.count()).map(|i| vec![0.0; grid.unknowns(i)]).collect(), globals: [0.0; GLOBALS] }
     }
 
-    pub fn at(&self, place: Place) -> f64 {
-        self.stations[place.station][place.index]
-    }
-
     pub fn set(&mut self, place: Place, value: f64) {
         self.stations[place.station][place.index] = value;
-    }
-
-    /// The unknowns of a sheet of the layer at a station.
-    pub fn layer(&self, grid: &Grid, station: usize, sheet: Sheet) -> [f64; LAYER] {
-        std::array::from_fn(|k| self.at(grid.layer(station, sheet, k)))
     }
 
     /// The unknowns after `factor` times a change.

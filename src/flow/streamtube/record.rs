@@ -59,10 +59,10 @@ impl StreamtubeRecord {
             let wall = wall_flow(&problem, &Numbers { geometry, unknowns: &unknowns }, &flow);
             wall.map(|side| Peak::of(&side.iter().map(|v| v[0]).collect::<Vec<_>>()))
         });
-        let residuals = problem.residuals_in(&problem.nodes, &problem.parameters, &unknowns, |pass| {
-            outputs(&problem.grid, &peaks, pass);
-        });
-        let mut outputs = residuals.map_or([f64::NAN; OUTPUTS], |r| r.outputs);
+        let of = |geometry: &Geometry<f64>| {
+            problem.residuals_at(geometry, &flow, &unknowns, |pass| outputs(&problem.grid, &peaks, pass)).outputs
+        };
+        let mut outputs = geometry.as_ref().map_or([f64::NAN; OUTPUTS], of);
         outputs[LOWEST_PRESSURE] = lowest([peaks[0].value, peaks[1].value]).0;
         Self { problem, unknowns, nodes, outputs, peaks, geometry, flow, base: None, derivatives: OnceLock::new() }
     }

@@ -6,7 +6,7 @@ use super::gas::Parameters;
 use super::grading::Stations;
 use super::guess::{Guessing, SHIFT, USUAL_TRANSITION, turning_of_trips};
 use super::kept::Base;
-use super::limits::Limits;
+use super::limits::{Limits, PATIENCE};
 use super::newton::{Ended, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::OUTPUTS;
@@ -14,7 +14,7 @@ use super::record::StreamtubeRecord;
 use super::refine::carried_over;
 use super::section_curve::SectionCurve;
 use super::settings::StreamtubeSettings;
-use super::start::{Guess, NEARLY, climb};
+use super::start::{Guess, climb};
 use super::status;
 use super::system::Problem;
 use crate::flow::condition::{Condition, Incidence, Settings};
@@ -39,8 +39,6 @@ const EARLY: [f64; 2] = [0.4, 0.1];
 const EARLIEST: f64 = 0.02;
 /// Mach number of the flow from which the place of free transition is guessed.
 const GUESS_MACH: f64 = 0.4;
-/// Cells a side and tubes of the grid that is tried last.
-const COARSE: [usize; 2] = [60, 14];
 /// A first guess of a flow.
 #[derive(Debug, Clone, Copy)]
 struct Start {
@@ -55,10 +53,10 @@ struct Start {
 }
 
 /// The guesses in the order in which they are tried.
-const START: [Start; 6] = [
+const START: [Start; 5] = [
     Start { name: "from the panel flow", panel: true, lift_first: false, early: 1.0 },
-    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: 1.0 },
     Start { name: "from the panel flow with early transition", panel: true, lift_first: false, early: EARLY[0] },
+    Start { name: "from the panel flow with the lift held", panel: true, lift_first: true, early: 1.0 },
     Start {
         name: "from the panel flow with transition close to the nose",
         panel: true,
@@ -66,8 +64,10 @@ const START: [Start; 6] = [
         early: EARLY[1],
     },
     Start { name: "from the nose", panel: false, lift_first: false, early: EARLY[0] },
-    Start { name: "from the nose with the lift held", panel: false, lift_first: true, early: EARLY[0] },
 ];
+/// Number of steps of which nothing comes until a start on a fine grid is given up, after those on a coarse one. Where they
+/// lead to a flow there are at most three in a row.
+const BRIEF: usize = 8;
 /// Number of times that the stations are laid anew because transition has moved.
 const LAYINGS: usize = 4;
 
@@ -121,10 +121,10 @@ impl FlowSolver for StreamtubeSolver {
 
 /// A section prepared for the streamtube solver.
 #[derive(Debug)]
-struct StreamtubeSection {
-    panels: PanelledSection,
-    curve: SectionCurve<f64>,
-    solver: StreamtubeSolver,
+pub(super) struct StreamtubeSection {
+    pub panels: PanelledSection,
+    pub curve: SectionCurve<f64>,
+    pub solver: StreamtubeSolver,
 }
 
 impl FlowSection for StreamtubeSection {
@@ -143,10 +143,10 @@ impl FlowSection for StreamtubeSection {
 }
 
 /// The end of a search: the flow that was sought, its last state and how the iteration ended.
-struct Found {
-    problem: Problem,
-    unknowns: Unknowns,
-    ended: Ended,
+pub(super) struct Found {
+    pub problem: Problem,
+    pub unknowns: Unknowns,
+    pub ended: Ended,
 }
 
 impl StreamtubeSection {
@@ -186,7 +186,7 @@ impl StreamtubeSection {
     }
 
     /// The flow that is sought, with transition expected at fractions of the sides.
-    fn problem(&self, condition: &Condition, turning: [f64; 2]) -> Problem {
+    pub(super) fn problem(&self, condition: &Condition, turning: [f64; 2]) -> Problem {
         let (held, incidence) = match condition.incidence {
             Incidence::Alpha(alpha) => (Held::Angle, self.panels.nodes.frame.incidence(alpha)),
             Incidence::Lift(lift) => (Held::Lift, lift),
@@ -272,70 +272,53 @@ impl StreamtubeSection {
     /// and carried over; that is quicker, and leads to flows that are not found on a fine grid from nothing.
     fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
         let slow = self.slow(condition);
+        let Some(coarse) = self.on_a_coarser_grid() else { return self.started(condition, slow.as_ref(), attempts) };
+        let on_coarse = coarse.started(condition, slow.as_ref(), attempts);
         let retry = self.solver.settings.retry;
-        let lifted = matches!(condition.incidence, Incidence::Lift(_));
-        let mut on_coarse: Option<Found> = None;
-        let coarse = self.on_a_coarser_grid();
-        let starts = START.into_iter().filter(|start| lifted || !start.lift_first);
-        for start in coarse.iter().flat_map(|_| starts.clone()).take(if retry { START.len() } else { 1 }) {
-            let Some(coarse) = &coarse else { break };
-            let found = coarse.guessed(condition, slow.as_ref(), start, attempts);
-            if !found.ended.converged {
-                attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
-                continue;
-            }
-            let direct = self.refined(condition, &found);
+        let known = on_coarse.ended.converged;
+        if known {
+            let direct = self.refined(condition, &on_coarse);
             if !retry && let Some(fine) = direct {
                 return fine;
             }
             let fine = direct.filter(|fine| fine.ended.converged);
-            if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &found)) {
+            if let Some(fine) = fine.or_else(|| self.refined_by_way_of_another(condition, &on_coarse)) {
                 return fine;
             }
-            attempts.push(Attempt::of("from a coarser grid", found.ended.steps, found.ended.residual));
-            on_coarse = Some(found);
-            break;
+            attempts.push(Attempt::of("from a coarser grid", on_coarse.ended.steps, on_coarse.ended.residual));
         }
-        let mut first: Option<Found> = None;
-        for start in starts {
-            let found = self.guessed(condition, slow.as_ref(), start, attempts);
-            // what fails on both grids is not sought for long
-            let last = coarse.is_some() || !retry;
+        // what is not found by way of a coarse grid is seldom found without it: it is not sought for long
+        let found = self.guessed(condition, slow.as_ref(), START[0], attempts);
+        if found.ended.converged || !retry {
+            return found;
+        }
+        attempts.push(Attempt::of(START[0].name, found.ended.steps, found.ended.residual));
+        // a coarser grid shows at least what kind of flow it is
+        if known { on_coarse } else { found }
+    }
+
+    /// Starts from one guess after the other on this grid. Where none leads to a flow, the result is the state that came
+    /// nearest to one.
+    fn started(&self, condition: &Condition, slow: Option<&Solution>, attempts: &mut Vec<Attempt>) -> Found {
+        let lifted = matches!(condition.incidence, Incidence::Lift(_));
+        let retry = self.solver.settings.retry;
+        let mut nearest: Option<Found> = None;
+        for start in START.into_iter().filter(|start| lifted || !start.lift_first) {
+            let found = self.guessed(condition, slow, start, attempts);
             if found.ended.converged || !retry {
                 return found;
             }
             attempts.push(Attempt::of(start.name, found.ended.steps, found.ended.residual));
-            first.get_or_insert(found);
-            if last {
-                break;
+            // written so that NaN is farthest
+            if nearest.as_ref().is_none_or(|nearest| !(nearest.ended.residual <= found.ended.residual)) {
+                nearest = Some(found);
             }
         }
-        // a coarser grid shows at least what kind of flow it is; without one the state of the first attempt does
-        match on_coarse.or(first) {
-            Some(found) => found,
-            None => self.guessed(condition, slow.as_ref(), START[0], attempts),
-        }
-    }
-
-    /// Goes on from a flow on a coarser grid.
-    fn refined(&self, condition: &Condition, coarse: &Found) -> Option<Found> {
-        let turning = self.turning_of(condition, &coarse.unknowns);
-        let mut problem = self.problem(condition, turning);
-        let globals = coarse.unknowns.globals;
-        let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
-        // transition on the finer grid may be elsewhere; it is kept until the flow stands
-        problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-        let limits = Limits { tolerance: NEARLY, ..self.last() };
-        let mut ended = solve(&problem, None, &mut unknowns, &limits);
-        ended.steps += coarse.ended.steps;
-        if ended.converged {
-            ended = self.followed(condition, &mut problem, &mut unknowns, ended);
-        }
-        Some(Found { problem, unknowns, ended })
+        nearest.unwrap_or_else(|| self.guessed(condition, slow, START[0], attempts))
     }
 
     /// Fractions of the sides at which the layers of a flow turn turbulent, with those of the trips where they do there.
-    fn turning_of(&self, condition: &Condition, unknowns: &Unknowns) -> [f64; 2] {
+    pub(super) fn turning_of(&self, condition: &Condition, unknowns: &Unknowns) -> [f64; 2] {
         let trips = turning_of_trips(condition.trips);
         let stagnation = unknowns.globals[STAGNATION];
         Side::BOTH.map(|side| {
@@ -350,13 +333,21 @@ impl StreamtubeSection {
     }
 
     /// Arc length from the first node to the trip of a side.
-    fn trip(&self, condition: &Condition, side: Side) -> Option<f64> {
+    pub(super) fn trip(&self, condition: &Condition, side: Side) -> Option<f64> {
         let x = condition.trips[side.index()].filter(|x| *x < 1.0)?;
         Some(self.curve.arc_length(self.curve.index_at_x(side, x)))
     }
 
-    /// Leads a flow with fixed transition to one with free transition.
-    fn followed(&self, condition: &Condition, problem: &mut Problem, unknowns: &mut Unknowns, before: Ended) -> Ended {
+    /// Leads a flow with fixed transition to one with free transition; `known` says whether a flow on another grid has it
+    /// there.
+    pub(super) fn followed(
+        &self,
+        condition: &Condition,
+        problem: &mut Problem,
+        unknowns: &mut Unknowns,
+        before: Ended,
+        known: bool,
+    ) -> Ended {
         let trips = turning_of_trips(condition.trips);
         let lay = |fractions: [f64; 2]| {
             let at = |k: usize| match trips[k] {
@@ -372,30 +363,7 @@ impl StreamtubeSection {
             total: self.curve.total(),
             settings: &self.solver.settings,
         };
-        following.follow(problem, unknowns, before)
-    }
-
-    /// Goes on from a flow on a coarser grid to one between that and the one that is wanted, and from there.
-    fn refined_by_way_of_another(&self, condition: &Condition, coarse: &Found) -> Option<Found> {
-        let between = |from: usize, to: usize| ((from * to) as f64).sqrt().round() as usize;
-        let (grid, settings) = (&coarse.problem.grid, &self.solver.settings);
-        let cells = between(grid.stations.fractions.len() - 1, settings.cells);
-        let middle = self.on_grid([cells, between(grid.half(), settings.tubes)]).refined(condition, coarse)?;
-        let fine = if middle.ended.converged { self.refined(condition, &middle) } else { None };
-        fine.filter(|fine| fine.ended.converged)
-    }
-
-    /// This section for a coarser grid; `None` where the grid is coarse already.
-    fn on_a_coarser_grid(&self) -> Option<Self> {
-        let settings = self.solver.settings;
-        let finer = settings.cells > COARSE[0] && settings.tubes > COARSE[1];
-        finer.then(|| self.on_grid(COARSE))
-    }
-
-    /// This section for a grid with other cells and tubes.
-    fn on_grid(&self, [cells, tubes]: [usize; 2]) -> Self {
-        let solver = StreamtubeSolver { settings: StreamtubeSettings { cells, tubes, ..self.solver.settings } };
-        Self { panels: self.panels.clone(), curve: self.curve.clone(), solver }
+        following.follow(problem, unknowns, before, known)
     }
 
     /// Starts from the panel flow, or from a stagnation point at the nose with stricter limits of the steps. Stations are
@@ -409,6 +377,10 @@ impl StreamtubeSection {
     ) -> Found {
         let guessing = Guessing::new(&self.panels, &self.curve);
         let mut guess = Guess { lift_first, ..guessing.outer(condition, panel) };
+        // steps on a fine grid take long, and a coarse one has shown that they may lead nowhere
+        if self.on_a_coarser_grid().is_some() {
+            guess.patience = BRIEF;
+        }
         let mut turning = guessing.turning(condition, slow, guess.alpha);
         guess.layers = slow.map(|solution| {
             let distributions = solution.distributions();
@@ -428,7 +400,7 @@ impl StreamtubeSection {
         let (mut unknowns, mut ended) = climb(&problem, &guess, &self.solver.settings);
         problem.fixed_transition = Some(guess.transition);
         if ended.converged {
-            ended = self.followed(condition, &mut problem, &mut unknowns, ended);
+            ended = self.followed(condition, &mut problem, &mut unknowns, ended, false);
         }
         self.laid_anew(condition, Found { problem, unknowns, ended }, attempts)
     }
@@ -454,9 +426,16 @@ impl StreamtubeSection {
     }
 
     /// Limits of the last stage of a start.
-    fn last(&self) -> Limits {
+    pub(super) fn last(&self) -> Limits {
         let settings = &self.solver.settings;
-        Limits { steps: settings.iterations, tolerance: settings.tolerance, stride: 1.0, hold: 0.5, relaxed: true }
+        Limits {
+            steps: settings.iterations,
+            tolerance: settings.tolerance,
+            stride: 1.0,
+            hold: 0.5,
+            patience: PATIENCE,
+            relaxed: true,
+        }
     }
 
     /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are

@@ -31,6 +31,8 @@ const CAP: f64 = 0.9;
 const PASSED: f64 = 1e-2;
 /// Residual of the slow flow above which faster flow is not tried.
 const HOPELESS: f64 = 0.5;
+/// Number of steps of which nothing comes until another way to a lift is tried.
+const LIFT_PATIENCE: usize = 12;
 /// Share of the way to a lift in one step, and the residual above which it is not gone on, where larger steps lead astray:
 /// a layer that is about to separate behind the nose does not survive a large change of the angle.
 const SLOWLY: (f64, f64) = (0.15, 0.05);
@@ -53,6 +55,8 @@ pub(super) struct Guess {
     /// Whether a lift that is sought is held from the slow flow on, and not put in at the end. Close to an angle at which
     /// the flow jumps from one branch to another, there may be no flow at the angle that is guessed.
     pub lift_first: bool,
+    /// Largest number of steps of which nothing comes.
+    pub patience: usize,
     /// Layers of a slow flow on both sides, from the stagnation point on.
     pub layers: Option<[Vec<StationFlow>; 2]>,
 }
@@ -60,8 +64,14 @@ pub(super) struct Guess {
 /// Solves `problem` from nothing; the unknowns hold the last state. Transition is kept where the guess has it, at trips
 /// too: a layer that would turn turbulent ahead of its trip in one of the flows on the way would drag its stations along.
 pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
-    let limits =
-        |steps: usize, tolerance: f64| Limits { steps, tolerance, stride: 1.0, hold: 0.5, relaxed: guess.relaxed };
+    let limits = |steps: usize, tolerance: f64| Limits {
+        steps,
+        tolerance,
+        stride: 1.0,
+        hold: 0.5,
+        patience: guess.patience,
+        relaxed: guess.relaxed,
+    };
     let lifted = problem.held == Held::Lift;
     let mut target = problem.parameters;
     if lifted {
@@ -122,12 +132,13 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
     if late && ended.converged {
         let reached = lift(problem, &unknowns);
         let from = From { parameters: Parameters { incidence: reached, ..lifted_flow.parameters }, nodes: None };
+        let way = Limits { patience: LIFT_PATIENCE.min(guess.patience), ..end };
         let before = unknowns.clone();
-        ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &end));
+        ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &way));
         if !ended.converged {
             unknowns = before;
             let (stride, hold) = SLOWLY;
-            ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &Limits { stride, hold, ..end }));
+            ended = counted(solve(&lifted_flow, Some(from), &mut unknowns, &Limits { stride, hold, ..way }));
         }
     }
     (unknowns, ended)

@@ -64,12 +64,12 @@ impl Residuals<f64> {
 }
 
 /// Where the numbers of the inputs are.
-pub(super) struct Numbers<'a, S> {
+pub(super) struct Numbers<'a, S, U = f64> {
     pub geometry: &'a Geometry<S>,
-    pub unknowns: &'a Unknowns,
+    pub unknowns: &'a Unknowns<U>,
 }
 
-impl<S: Scalar> Numbers<'_, S> {
+impl<S: Scalar + From<U>, U: Copy> Numbers<'_, S, U> {
     #[inline(always)]
     pub fn read(&self, input: Input) -> S {
         match input {
@@ -86,13 +86,13 @@ impl<S: Scalar> Numbers<'_, S> {
 }
 
 /// The pass that evaluates all terms.
-pub(super) struct Evaluation<'a, S> {
-    pub numbers: Numbers<'a, S>,
+pub(super) struct Evaluation<'a, S, U = f64> {
+    pub numbers: Numbers<'a, S, U>,
     pub flow: &'a Flow<S>,
     pub residuals: Residuals<S>,
 }
 
-impl<S: Scalar> Pass for Evaluation<'_, S> {
+impl<S: Scalar + From<U>, U: Copy> Pass for Evaluation<'_, S, U> {
     fn term<const N: usize, const M: usize>(
         &mut self,
         kernel: &impl Kernel<N, M>,
@@ -262,36 +262,53 @@ impl Problem {
         self.geometry_in(&self.nodes, unknowns, &self.flow())
     }
 
-    /// The geometry in any kind of number, for constant unknowns.
-    pub fn geometry_in<S: Scalar>(&self, nodes: &[[S; 2]], unknowns: &Unknowns, flow: &Flow<S>) -> Option<Geometry<S>> {
+    /// The geometry in any kind of number, for unknowns in the same kind or constant ones.
+    pub fn geometry_in<S: Scalar + From<U>, U: Copy>(
+        &self,
+        nodes: &[[S; 2]],
+        unknowns: &Unknowns<U>,
+        flow: &Flow<S>,
+    ) -> Option<Geometry<S>> {
         let shape = self.shape(nodes)?;
         let place = |g: usize| S::from(unknowns.globals[g]);
         let background = Background::new(&self.grid, &shape.curve, place(STAGNATION), TRANSITION.map(place));
         Some(Geometry::new(&self.grid, &shape, background, unknowns, &flow.stream))
     }
 
-    /// Residuals in any kind of number, for constant unknowns.
-    pub fn residuals_in<S: Scalar>(
+    /// Residuals in any kind of number, for unknowns in the same kind or constant ones.
+    pub fn residuals_in<S: Scalar + From<U>, U: Copy>(
         &self,
         nodes: &[[S; 2]],
         parameters: &Parameters<S>,
-        unknowns: &Unknowns,
-        terms: impl Fn(&mut Evaluation<S>),
+        unknowns: &Unknowns<U>,
+        terms: impl Fn(&mut Evaluation<S, U>),
     ) -> Option<Residuals<S>> {
         let flow = Flow::new(parameters);
         let geometry = self.geometry_in(nodes, unknowns, &flow)?;
-        let mut pass = Evaluation {
-            numbers: Numbers { geometry: &geometry, unknowns },
-            flow: &flow,
-            residuals: Residuals::zeros(&self.grid),
-        };
-        terms(&mut pass);
-        Some(pass.residuals)
+        Some(self.residuals_at(&geometry, &flow, unknowns, terms))
     }
 
-    /// Residuals at unknowns.
-    pub fn residuals(&self, unknowns: &Unknowns) -> Option<Residuals<f64>> {
-        self.residuals_in(&self.nodes, &self.parameters, unknowns, |pass| self.equations().pass(pass))
+    /// Residuals in any kind of number, for a geometry that is known.
+    pub fn residuals_at<S: Scalar + From<U>, U: Copy>(
+        &self,
+        geometry: &Geometry<S>,
+        flow: &Flow<S>,
+        unknowns: &Unknowns<U>,
+        terms: impl Fn(&mut Evaluation<S, U>),
+    ) -> Residuals<S> {
+        let numbers = Numbers { geometry, unknowns };
+        let mut pass = Evaluation { numbers, flow, residuals: Residuals::zeros(&self.grid) };
+        terms(&mut pass);
+        pass.residuals
+    }
+
+    /// Residuals at unknowns, whose geometry is put into `known` where it is not there already.
+    pub fn residuals(&self, unknowns: &Unknowns, known: &mut Option<Geometry<f64>>) -> Option<Residuals<f64>> {
+        let geometry = match known {
+            Some(geometry) => geometry,
+            None => known.insert(self.geometry(unknowns)?),
+        };
+        Some(self.residuals_at(geometry, &self.flow(), unknowns, |pass| self.equations().pass(pass)))
     }
 
     /// Areas of all tubes, interval by interval.
@@ -319,12 +336,18 @@ impl Problem {
     /// The system linearised at unknowns.
     #[cfg(test)]
     pub fn linearise(&self, unknowns: &Unknowns) -> Option<Linearised> {
-        self.linearise_in(Band::new(&self.grid), unknowns)
+        self.linearise_in(Band::new(&self.grid), unknowns, None)
     }
 
-    /// The system linearised at unknowns in `band`, which holds zeros.
-    pub fn linearise_in(&self, mut band: Band, unknowns: &Unknowns) -> Option<Linearised> {
-        let (geometry, moves) = (self.geometry(unknowns)?, self.moves(unknowns)?);
+    /// The system linearised at unknowns in `band`, which holds zeros. Their geometry is `known` or made.
+    pub fn linearise_in(
+        &self,
+        mut band: Band,
+        unknowns: &Unknowns,
+        known: Option<Geometry<f64>>,
+    ) -> Option<Linearised> {
+        let geometry = known.or_else(|| self.geometry(unknowns))?;
+        let moves = self.moves(unknowns)?;
         let flow = self.flow();
         let mut pass = Linearisation {
             numbers: Numbers { geometry: &geometry, unknowns },

@@ -25,6 +25,9 @@ const TOLERANCE: [f64; 2] = [1e-10, 1e-9];
 const EXPECTED: f64 = 5.0;
 /// Number of corrections before that is judged.
 const TRIED: usize = 3;
+/// Number of times that the residual is evaluated anew and corrected further, where the corrections have lost digits, and the
+/// largest one with which that is tried. Corrections that are nearly those before keep few digits of the right angle.
+const RENEWALS: (usize, f64) = (2, 1e-6);
 /// Square of the sine of the angle to other corrections below which one adds nothing to them.
 const NEW: f64 = 1e-10;
 
@@ -53,27 +56,37 @@ pub(super) fn adjoint(band: &Band, local: &Local, moves: &Moves, held: usize) ->
     let mut residual = local.by_unknowns(moves, &local.weighed_outputs());
     let norms = products(&residual, &residual);
     let mut known: Vec<Corrections> = Vec::new();
-    let mut left = f64::INFINITY;
-    while !is_small(&residual, &norms, TOLERANCE[0]) {
-        let before = std::mem::replace(&mut left, share_left(&residual, &norms));
-        let further = (TOLERANCE[0] / left).ln() / (left / before).ln();
-        // written so that NaN ends it
-        if known.len() >= TRIED && !(left < before && further <= EXPECTED) {
+    for _ in 0..=RENEWALS.0 {
+        let mut left = f64::INFINITY;
+        let mut tried = 0;
+        while !is_small(&residual, &norms, TOLERANCE[0]) {
+            let before = std::mem::replace(&mut left, share_left(&residual, &norms));
+            let further = (TOLERANCE[0] / left).ln() / (left / before).ln();
+            // written so that NaN ends it
+            if tried >= TRIED && !(left < before && further <= EXPECTED) {
+                break;
+            }
+            let mut changes = local.no_weights();
+            band.multipliers(&residual, held, &local.slots, &mut changes)?;
+            let effects = local.by_unknowns(moves, &local.weighed(&changes));
+            let mut own = Corrections { changes, effects };
+            own.orthogonalise(&known);
+            own.apply(&mut residual, &mut weights);
+            known.push(own);
+            tried += 1;
+        }
+        // what the corrections are believed to have left has lost digits on the way
+        let sums = local.weighed(&weights);
+        residual = local.by_unknowns(moves, &sums);
+        if is_small(&residual, &norms, TOLERANCE[1]) {
+            return Some(Adjoint { weights, sums });
+        }
+        if !(share_left(&residual, &norms) < RENEWALS.1) {
             break;
         }
-        let mut changes = local.no_weights();
-        band.multipliers(&residual, held, &local.slots, &mut changes)?;
-        let effects = local.by_unknowns(moves, &local.weighed(&changes));
-        let mut own = Corrections { changes, effects };
-        own.orthogonalise(&known);
-        let shares = table(&own.effects, &residual).map(|lanes| lanes.map(|s| -s));
-        combine(&mut residual, &shares, &own.effects);
-        combine(&mut weights, &shares, &own.changes);
-        known.push(own);
+        known.iter().for_each(|own| own.apply(&mut residual, &mut weights));
     }
-    // what the corrections are believed to have left may have lost digits on the way
-    let sums = local.weighed(&weights);
-    is_small(&local.by_unknowns(moves, &sums), &norms, TOLERANCE[1]).then_some(Adjoint { weights, sums })
+    None
 }
 
 /// The largest residual over that of none.
@@ -91,6 +104,13 @@ fn is_small(residual: &[Lanes], norms: &Lanes, tolerance: f64) -> bool {
 }
 
 impl Corrections {
+    /// Adds the shares to the weights that leave as little as they can of the residual, which becomes what they leave.
+    fn apply(&self, residual: &mut [Lanes], weights: &mut [Lanes]) {
+        let shares = table(&self.effects, residual).map(|lanes| lanes.map(|s| -s));
+        combine(residual, &shares, &self.effects);
+        combine(weights, &shares, &self.changes);
+    }
+
     /// Makes the effects of unit length and upright on each other and on those of other corrections. A lane that adds nothing
     /// to the others becomes none. Lanes that are nearly parallel lose digits of the right angle, which costs no more than
     /// some of what the corrections could do.
