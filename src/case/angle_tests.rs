@@ -185,3 +185,15 @@ fn near_a_match_the_gauss_newton_matrix_has_the_angles_as_well() {
     assert!(matrix[(n - 1, n - 1)] > 1e-6 && matrix[(0, n - 1)] != 0.0);
     assert_eq!((matrix[(n - 2, n - 2)], matrix[(n - 2, n - 1)]), (0.02, 0.0));
 }
+
+#[test]
+fn flows_that_start_close_by_are_those_that_start_from_nothing() {
+    let tables = format!("[flow]\nalpha = 2.0\n{SURROUNDINGS}[objective]\nminimize = {{ cd = 1.0 }}\n");
+    let problem = parse(&boxed(&tables)).unwrap().problem;
+    let start = problem.start_values();
+    let moved: Vec<f64> = start.iter().enumerate().map(|(k, v)| v + 1e-3 * (k as f64).cos()).collect();
+    let near = problem.near(&start).unwrap();
+    let (expected, found) = (problem.quantities_at(&moved).unwrap(), near.quantities_at(&moved).unwrap());
+    assert!(expected.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-9), "{expected:?} {found:?}");
+    assert!(expected != problem.quantities_at(&start).unwrap());
+}

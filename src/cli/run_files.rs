@@ -206,10 +206,12 @@ fn directional_derivatives(problem: &mut DesignProblem, values: &[f64]) -> Deriv
     let steps = problem.steps();
     let direction: Vec<f64> =
         steps.iter().enumerate().map(|(k, step)| step * (12.9898 * (k + 1) as f64).sin()).collect();
-    let Ok(exact) = problem.gradients(values) else { return Derivatives::default() };
+    let (Ok(exact), Ok(near)) = (problem.gradients(values), problem.near(values)) else {
+        return Derivatives::default();
+    };
     let at = |t: &[f64]| {
         let moved: Vec<f64> = values.iter().zip(&direction).map(|(v, d)| v + t[0] * d).collect();
-        problem.quantities_at(&moved)
+        near.quantities_at(&moved)
     };
     // drag scatters a little as a shock crosses cells, which only a small step does not see
     let shocks = problem.flow_solver() == Some(SolverChoice::Streamtube.name());
