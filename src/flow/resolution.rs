@@ -18,11 +18,11 @@ const SMALL_LIFT: f64 = 0.1;
 /// changed by less than 0.5 % on 871 of these (97.8 %) when panels and stations were doubled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscretisationError {
-    /// What the number of panels leaves: the derivative of every coefficient along the small move of all nodes that acts
-    /// like the error of the panels.
+    /// Errors that the number of panels leaves: the derivative of every coefficient along the small move of all nodes that
+    /// acts like the error of the panels.
     pub panels: Coefficients,
-    /// What the number of stations of the boundary layer leaves: the change of every coefficient in one step of Newton's
-    /// method on twice as many stations, infinite where that step leads to no flow.
+    /// Errors that the number of stations of the boundary layer leaves: the change of every coefficient in one step of
+    /// Newton's method on twice as many stations, infinite where that step leads to no flow.
     pub stations: Coefficients,
 }
 
