@@ -253,8 +253,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
         let (factor, gone) = (factor.0, way.gone);
         if advance {
             way.advance(factor);
-        }
-        if !advance {
+        } else {
             geometry = Some(of_next);
         }
         if way.gone == 1.0 && factor == 1.0 && !advance {
