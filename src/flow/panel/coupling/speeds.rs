@@ -5,11 +5,12 @@ use super::response::{FlowResponse, SectionResponse, within_wall_reach};
 use super::subpanel::LocalSpeeds;
 use crate::flow::layer::{ByGlobal, GLOBALS, Layout, Numbering, STAGNATION, Side, TRANSITION, Unknowns};
 use crate::flow::linear::{add_scaled, dot};
-use crate::flow::memory::{give_back, large_zeros};
+use crate::flow::memory::{give_back, large};
 use crate::flow::surface::spline::{Weights, combine};
 use crate::scalar::Scalar;
 use nalgebra::DMatrix;
 use num_dual::DualNum;
+use std::ops::Range;
 
 /// A number of the value pass (`f64`) or of the linearisation (with global derivatives).
 pub(crate) trait Global: Scalar {
@@ -19,9 +20,10 @@ pub(crate) trait Global: Scalar {
     /// The weighted sum of a list of numbers.
     fn weighted_sum(numbers: &[Self], weights: &[f64]) -> Self;
 
-    /// Sub-panel speeds at all inner points, before division by the arc-length rate; see [`LocalSpeeds`]. `visit(p, k,
-    /// influence)` is called with the speed at point `p` per slope of the mass defect in interval `k`.
-    fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, usize, f64)) -> Vec<Self>;
+    /// Sub-panel speeds at all inner points, before division by the arc-length rate; see [`LocalSpeeds`]. `visit(p,
+    /// range, influences)` is called for every such point with the speeds at point `p` per slope of the mass defect in
+    /// the intervals of the range.
+    fn local_speeds(t: &[Self], mass: &[f64], visit: impl FnMut(usize, Range<usize>, &[f64])) -> Vec<Self>;
 }
 
 impl Global for f64 {
@@ -33,16 +35,14 @@ impl Global for f64 {
         dot(numbers, weights)
     }
 
-    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, Range<usize>, &[f64])) -> Vec<Self> {
         let slopes: Vec<f64> = t.windows(2).zip(mass.windows(2)).map(|(t, m)| (m[1] - m[0]) / (t[1] - t[0])).collect();
         let mut locals = LocalSpeeds::new(t, &slopes);
         let mut speeds = vec![0.0; t.len()];
         for p in 1..t.len() - 1 {
             let (speed, range, influences) = locals.value(t[p], p);
             speeds[p] = speed;
-            for (k, influence) in range.zip(influences) {
-                visit(p, k, *influence);
-            }
+            visit(p, range, influences);
         }
         speeds
     }
@@ -61,7 +61,7 @@ impl Global for ByGlobal {
         sum
     }
 
-    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, usize, f64)) -> Vec<Self> {
+    fn local_speeds(t: &[Self], mass: &[f64], mut visit: impl FnMut(usize, Range<usize>, &[f64])) -> Vec<Self> {
         let places: Vec<f64> = t.iter().map(|t| t.re).collect();
         let middles: Vec<Self> = t.windows(2).map(|t| (t[0] + t[1]) * 0.5).collect();
         let slopes: Vec<Self> =
@@ -81,9 +81,7 @@ impl Global for ByGlobal {
                     + local.by_place * t[p].eps[g]
             });
             speeds[p] = Self { re: local.speed, eps };
-            for (k, influence) in local.range.zip(local.influences) {
-                visit(p, k, *influence);
-            }
+            visit(p, local.range, local.influences);
         }
         speeds
     }
@@ -156,15 +154,15 @@ impl<S: Global> EdgeSpeeds<S> {
         Self::visit(section, flow, positions, mass, wake_mass, |_, _, _| ())
     }
 
-    /// Computes the speeds like [`new`](Self::new), and calls `local(p, k, influence)` with the sub-panel speed at
-    /// point `p` per slope of the mass defect in interval `k`.
+    /// Computes the speeds like [`new`](Self::new), and calls `local(p, range, influences)` with the sub-panel speeds at
+    /// point `p` per slope of the mass defect in the intervals of the range.
     pub fn visit(
         section: &SectionResponse,
         flow: &FlowResponse,
         positions: &Positions<S>,
         mass: &[f64],
         wake_mass: &[f64],
-        local: impl FnMut(usize, usize, f64),
+        local: impl FnMut(usize, Range<usize>, &[f64]),
     ) -> Self {
         let t = &positions.index;
         let (projection, node_mass) = Projection::new(t, mass, section.len());
@@ -217,16 +215,13 @@ impl SpeedsByMass {
     ) -> (EdgeSpeeds, Self) {
         let t = &positions.index;
         let (count, wakes) = (t.len(), wake_mass.len());
-        let mut points = large_zeros(count + wakes, count);
         let rates: Vec<f64> =
             (0..count).map(|p| if p > 0 && p + 1 < count { per_rate(section, t[p].re) } else { 0.0 }).collect();
-        let per_length: Vec<f64> = t.windows(2).map(|t| (t[1].re - t[0].re).recip()).collect();
-        let speeds = EdgeSpeeds::visit(section, flow, positions, mass, wake_mass, |p, k, influence| {
-            let step = influence * rates[p] * per_length[k];
-            let pair = &mut points.as_mut_slice()[p * (count + wakes) + k..][..2];
-            pair[0] -= step;
-            pair[1] += step;
+        let mut locals = Locals::new(t);
+        let speeds = EdgeSpeeds::visit(section, flow, positions, mass, wake_mass, |p, range, influences| {
+            locals.push(p, range, influences);
         });
+        let mut points = large(count + wakes, count);
         let mut projector = Projector::new(&speeds.projection, section.len());
         let mut by_nodes = vec![0.0; section.len()];
         for first in (0..count).step_by(LANES) {
@@ -243,7 +238,10 @@ impl SpeedsByMass {
                     *value = w[0] * a[k] + w[1] * b[k] + w[2] * c[k] + w[3] * d[k];
                 }
             }
-            projector.add(&mut points, first, lanes);
+            projector.write(&mut points, first, lanes);
+            for p in first..first + lanes {
+                locals.add(p, rates[p], points.column_mut(p).as_mut_slice());
+            }
         }
         let mut wake = DMatrix::zeros(count + wakes, wakes);
         for first in (0..wakes).step_by(LANES) {
@@ -255,9 +253,42 @@ impl SpeedsByMass {
                     *value = flow.wake_by_wake[(k, l)];
                 }
             }
-            projector.add(&mut wake, first, lanes);
+            projector.write(&mut wake, first, lanes);
         }
         (speeds, Self { points, wake })
+    }
+}
+
+/// Sub-panel speeds at the points per slope of the mass defect in the intervals around each point.
+struct Locals {
+    /// Inverse lengths of all intervals.
+    per_length: Vec<f64>,
+    /// Speeds per slope, point after point.
+    influences: Vec<f64>,
+    /// Intervals of every point, and where the speeds of the point begin.
+    places: Vec<(Range<usize>, usize)>,
+}
+
+impl Locals {
+    fn new(t: &[ByGlobal]) -> Self {
+        let per_length = t.windows(2).map(|t| (t[1].re - t[0].re).recip()).collect();
+        Self { per_length, influences: Vec::with_capacity(32 * t.len()), places: vec![(0..0, 0); t.len()] }
+    }
+
+    fn push(&mut self, p: usize, range: Range<usize>, influences: &[f64]) {
+        self.places[p] = (range, self.influences.len());
+        self.influences.extend_from_slice(influences);
+    }
+
+    /// Adds the speeds at point `p` per mass defect at the points to `column`; `rate` turns them into strengths.
+    fn add(&self, p: usize, rate: f64, column: &mut [f64]) {
+        let (range, start) = &self.places[p];
+        let influences = &self.influences[*start..*start + range.len()];
+        for (k, (influence, per_length)) in range.clone().zip(influences.iter().zip(&self.per_length[range.clone()])) {
+            let step = influence * rate * per_length;
+            column[k] -= step;
+            column[k + 1] += step;
+        }
     }
 }
 
@@ -278,8 +309,8 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Adds the projected rows to `lanes` columns of `result`, from column `first` on.
-    fn add(&self, result: &mut DMatrix<f64>, first: usize, lanes: usize) {
+    /// Writes the projected rows to `lanes` columns of `result`, from column `first` on.
+    fn write(&self, result: &mut DMatrix<f64>, first: usize, lanes: usize) {
         let rows = result.nrows();
         let target = &mut result.as_mut_slice()[first * rows..(first + lanes) * rows];
         for c in 0..self.projection.points() {
@@ -291,7 +322,7 @@ impl<'a> Projector<'a> {
                 }
             }
             for lane in 0..lanes {
-                target[lane * rows + c] += sum[lane];
+                target[lane * rows + c] = sum[lane];
             }
         }
     }
