@@ -6,6 +6,7 @@ use super::schema::{Alpha, CaseTable, FlowTable, FlowTables, FreeAlpha, OneOrMor
 use crate::design::{Bounds, DesignError, FlowAnalysis, OperatingPoint, Variable, VariableKind};
 use crate::flow::{Condition, FlowError, FlowSolver, Incidence, PanelSolver, Settings, SolverChoice, panel_parameters};
 use crate::section::Section;
+use std::ops::RangeInclusive;
 
 /// Most operating points of a case; each is a flow in every evaluation.
 const MOST_POINTS: usize = 200;
@@ -16,7 +17,11 @@ const TOLERANCE: f64 = 1e-12;
 /// Natural change of an angle of attack in degrees: about a tenth of lift coefficient.
 const ANGLE_STEP: f64 = 1.0;
 /// Fewest and most panels; the panel equations are dense.
-const PANEL_RANGE: std::ops::RangeInclusive<usize> = 40..=1000;
+const PANEL_RANGE: RangeInclusive<usize> = 40..=1000;
+/// Boundary-layer stations on each side where nothing is said.
+const STATIONS: usize = 128;
+/// Fewest and most stations on each side; the equations that are left of them are dense.
+const STATION_RANGE: RangeInclusive<usize> = 32..=1000;
 
 /// The operating points of a case, and the angles of attack among them that are design variables.
 #[derive(Debug, Clone, Default)]
@@ -112,7 +117,8 @@ pub(super) fn flow_analysis(
     points: &[OperatingPoint],
 ) -> Result<Option<FlowAnalysis>, CaseError> {
     let Some(FlowTables(tables)) = &table.flow else { return Ok(None) };
-    let panels = panel_count(document, tables)?;
+    let panels = shared_count(document, tables.iter().map(|t| t.panels), ("panels", PANELS, PANEL_RANGE))?;
+    let stations = shared_count(document, tables.iter().map(|t| t.stations), ("stations", STATIONS, STATION_RANGE))?;
     let choice = solver_choice(document, tables)?;
     let conditions: Vec<Condition> = points.iter().map(|point| point.condition).collect();
     let nodes: Vec<[f64; 2]> =
@@ -120,23 +126,28 @@ pub(super) fn flow_analysis(
     let settled = choice
         .settle(&nodes, section.trailing_edge(), &conditions)
         .map_err(|error| document.error(&["flow"], error.to_string()))?;
-    let solver = settled.solver(panel_solver().settings);
+    let solver = settled.solver(panel_solver().settings.with_stations(stations));
     for condition in &conditions {
         check(document, condition, &*solver, &["flow"])?;
     }
     Ok(Some(FlowAnalysis::new(section, points.to_vec(), panels, solver)))
 }
 
-/// The number of panels, which all operating points share.
-fn panel_count(document: &Document, tables: &[FlowTable]) -> Result<usize, CaseError> {
-    let mut panels = tables.iter().filter_map(|t| t.panels);
-    let chosen = panels.next().unwrap_or(PANELS);
-    if panels.any(|other| other != chosen) {
-        return Err(document.error(&["flow", "panels"], "all operating points share the panels; say it once"));
+/// A number that all operating points share: that of the tables which say one, or the usual one. The last argument is the
+/// key, the usual number, and the range.
+fn shared_count(
+    document: &Document,
+    said: impl Iterator<Item = Option<usize>>,
+    (key, usual, range): (&str, usize, RangeInclusive<usize>),
+) -> Result<usize, CaseError> {
+    let wrong = |message: String| document.error(&["flow", key], message);
+    let mut said = said.flatten();
+    let chosen = said.next().unwrap_or(usual);
+    if said.any(|other| other != chosen) {
+        return Err(wrong(format!("all operating points share the {key}; say it once")));
     }
-    if !PANEL_RANGE.contains(&chosen) {
-        let (least, most) = (PANEL_RANGE.start(), PANEL_RANGE.end());
-        return Err(document.error(&["flow", "panels"], format!("{chosen} panels; from {least} to {most}")));
+    if !range.contains(&chosen) {
+        return Err(wrong(format!("{chosen} {key}; from {} to {}", range.start(), range.end())));
     }
     Ok(chosen)
 }

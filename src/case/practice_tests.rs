@@ -167,6 +167,21 @@ fn near_a_match_the_gauss_newton_matrix_of_pressures_is_the_hessian() {
 }
 
 #[test]
+fn the_stations_of_the_layer_are_those_of_the_case() {
+    let drag = |stations: &str| {
+        let mut case =
+            parse(&boxed(&format!("{FLOW}{stations}[objective]\nminimize = {{ cd = 1.0 }}\n")), Path::new(""))?;
+        let start = case.problem.description().start.clone();
+        Ok::<f64, CaseError>(case.problem.evaluate(&start).unwrap().objective)
+    };
+    let [usual, said, more] = ["", "stations = 128\n", "stations = 256\n"].map(|text| drag(text).unwrap());
+    assert_eq!(usual, said);
+    assert!(usual != more && (more / usual - 1.0).abs() < 0.01, "{usual} {more}");
+    let error = drag("stations = 20\n").unwrap_err().to_string();
+    assert!(error.contains("flow.stations") && error.contains("from 32 to 1000"), "{error}");
+}
+
+#[test]
 fn soft_limits_give_way_by_their_weight() {
     let end = |weight: f64| {
         let text = boxed(&format!(

@@ -4,7 +4,7 @@ use super::document::Document;
 use super::error::CaseError;
 use super::flow::{check, conditions, panel_solver};
 use super::pressure_table::{on_the_chord, read};
-use super::schema::{Alpha, CaseTable, PressureTargetTable};
+use super::schema::{Alpha, CaseTable, FlowTable, PressureTargetTable};
 use crate::design::{FlowAnalysis, OperatingPoint, PlacesOnChord, PressureSide, PressureTarget};
 use crate::flow::{Condition, FlowSolver, panel_parameters};
 use crate::optimize::limited::read_limited;
@@ -95,8 +95,9 @@ fn condition(
 ) -> Result<Condition, CaseError> {
     let Some(table) = &wanted.flow else { return Ok(point.condition) };
     let path = [TABLE, "flow"];
-    if [table.name.is_some(), table.weight.is_some(), table.panels.is_some(), table.solver.is_some()].contains(&true) {
-        return Err(document.error(&path, "`name`, `weight`, `panels` and `solver` have no meaning here"));
+    let FlowTable { name, weight, panels, stations, solver, .. } = table;
+    if name.is_some() || weight.is_some() || panels.is_some() || stations.is_some() || solver.is_some() {
+        return Err(document.error(&path, "`name`, `weight`, `panels`, `stations` and `solver` have no meaning here"));
     }
     if matches!(table.alpha, Some(Alpha::Free(_))) {
         return Err(document.error(&[TABLE, "flow", "alpha"], "the wanted pressures have a prescribed angle or lift"));

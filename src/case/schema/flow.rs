@@ -18,6 +18,7 @@ pub(crate) struct FlowTable {
     pub ncrit: Option<OneOrMore>,
     pub trip: Option<Trips>,
     pub panels: Option<usize>,
+    pub stations: Option<usize>,
     pub solver: Option<String>,
 }
 
