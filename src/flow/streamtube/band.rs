@@ -17,6 +17,7 @@ use super::rows::Entry;
 use super::strips::{Source, Strip, put_strips};
 use crate::flow::linear::{Factors, add_scaled};
 use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// A row of derivatives, by the unknowns of stations and the global ones.
 pub(super) trait Columns {
@@ -172,10 +173,11 @@ impl Band {
         }
         let mut first = layout.far_rows();
         for (k, far) in layout.far.into_iter().enumerate().filter(|(_, far)| *far > 0) {
-            if block.reaches[k] {
+            if !block.reaches[k].is_empty() {
                 let from = i - 1 - k;
-                for (tube, value) in solved[from][self.blocks[from].layout.tube(0)..].iter().enumerate() {
-                    add_scaled(others, -value, block.lower_row(first + tube));
+                let speeds = &solved[from][self.blocks[from].layout.tube(0)..];
+                for tube in block.reaches[k].clone() {
+                    add_scaled(others, -speeds[tube], block.lower_row(first + tube));
                 }
             }
             first += far;
@@ -288,12 +290,23 @@ impl RightHandSide {
     }
 }
 
+/// The range of two ranges and all between them.
+fn both(one: &Range<usize>, other: &Range<usize>) -> Range<usize> {
+    match (one.is_empty(), other.is_empty()) {
+        (true, _) => other.clone(),
+        (_, true) => one.clone(),
+        _ => one.start.min(other.start)..one.end.max(other.end),
+    }
+}
+
 /// Puts the solutions of the station behind into the rows of a station, in the columns of its own equations and in the
 /// global ones.
 fn put_solutions(behind: &Block, block: &mut Block) {
     let (layout, from) = (block.layout, behind.layout);
-    let (own_width, fast) = (block.own_width(), behind.is_fast());
-    block.reaches = [fast || behind.reaches[1], fast];
+    let (own_width, fast) = (block.own_width(), behind.fast());
+    // there are no speeds ahead of the inlet
+    let there_are = |k: usize, tubes: Range<usize>| if layout.far[k] > 0 { tubes } else { 0..0 };
+    block.reaches = [there_are(0, both(&fast, &behind.reaches[1])), there_are(1, fast)];
     let (mut rows, mut lower) = (std::mem::take(&mut block.rows), std::mem::take(&mut block.lower));
     let known = Source { rows: &behind.lower, stride: from.lower_stride(), from: from.next() };
     let parts =

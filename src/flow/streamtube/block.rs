@@ -15,8 +15,9 @@ use std::ops::Range;
 
 /// Smallest pivot of a speed that is taken out, over the largest coefficient of this speed in another equation.
 const WEAK: f64 = 0.01;
-/// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow.
-const NEGLIGIBLE: f64 = 1e-20;
+/// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow; steps
+/// leave far more of what they are to take away than these derivatives do.
+const NEGLIGIBLE: f64 = 1e-10;
 
 /// Length of the part of a row for the global equations.
 pub(super) const SHARED: usize = padded(GLOBALS);
@@ -113,8 +114,8 @@ pub(super) struct Block {
     /// coefficients in the global equations. A row for each displacement and unknown of the layer of the station upstream; for
     /// each global unknown; for each speed upstream of that station, and of the one before.
     pub lower: Vec<f64>,
-    /// Whether the speeds farther upstream have coefficients in [`lower`](Self::lower).
-    pub reaches: [bool; 2],
+    /// Tubes whose speeds farther upstream have coefficients in [`lower`](Self::lower).
+    pub reaches: [Range<usize>; 2],
     /// Coefficient of each speed in the equation along its tube.
     pub diagonal: Vec<f64>,
     /// Coefficients of the station's unknowns in the equations along the tubes: unknown, tube.
@@ -169,7 +170,7 @@ impl Block {
             layout,
             rows: vec![0.0; layout.size() * layout.stride()],
             lower: vec![0.0; layout.lower_rows() * layout.lower_stride()],
-            reaches: [false; 2],
+            reaches: [0..0, 0..0],
             diagonal: tubes(),
             by_tube: Vec::new(),
             upstream: [Vec::new(), Vec::new()],
@@ -189,14 +190,11 @@ impl Block {
         // nothing else has been touched
         let (shared, far) = self.lower.split_at_mut(layout.far_rows() * lower_stride);
         shared.fill(0.0);
-        let (two, three) = far.split_at_mut(layout.far[0] * lower_stride);
-        for (rows, touched) in [two, three].into_iter().zip(self.reaches) {
-            if touched {
-                rows.fill(0.0);
-            }
+        for (first, touched) in [0, layout.far[0]].into_iter().zip(&mut self.reaches) {
+            far[(first + touched.start) * lower_stride..(first + touched.end) * lower_stride].fill(0.0);
+            *touched = 0..0;
         }
         self.taken = 0;
-        self.reaches = [false; 2];
         self.diagonal.fill(0.0);
         self.by_tube.clear();
         self.upstream.iter_mut().for_each(Vec::clear);
@@ -219,9 +217,12 @@ impl Block {
         &self.by_globals[global * self.layout.tubes..][..self.layout.tubes]
     }
 
-    /// Whether the equations along the tubes know of speeds two or three intervals upstream.
-    pub fn is_fast(&self) -> bool {
-        self.speeds[1..].iter().flatten().any(|value| !(value.abs() <= NEGLIGIBLE))
+    /// The tubes along which the equations know of speeds two or three intervals upstream, with those between them.
+    pub fn fast(&self) -> Range<usize> {
+        let is_fast = |tube: &usize| self.speeds[1..].iter().any(|values| !(values[*tube].abs() <= NEGLIGIBLE));
+        let tubes = 0..self.layout.tubes;
+        let first = tubes.clone().find(is_fast);
+        first.map_or(0..0, |first| first..tubes.rev().find(is_fast).map_or(first, |last| last) + 1)
     }
 
     /// Puts the lists in order.
