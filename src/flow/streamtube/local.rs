@@ -21,6 +21,9 @@ kept!(Lanes, 16);
 kept!(u32);
 kept!([u8; 2]);
 
+/// Largest number of results of a term.
+const RESULTS: usize = 5;
+
 /// Adds `factor` times numbers to other numbers.
 #[inline(always)]
 pub(super) fn add(sums: &mut Lanes, factor: f64, lanes: &Lanes) {
@@ -175,13 +178,15 @@ impl Local {
             if first > 0 && targets.iter().all(|row| (*row as usize) < first) {
                 continue;
             }
-            for (k, slot) in own.iter().enumerate() {
-                let sum = &mut sums[*slot as usize];
-                let mut lanes = *sum;
-                for (row, by) in targets.iter().zip(by.chunks_exact(own.len())) {
-                    add(&mut lanes, by[k], &weights[*row as usize]);
-                }
-                *sum = lanes;
+            let mut of_rows = [[0.0; OUTPUTS]; RESULTS];
+            targets.iter().zip(&mut of_rows).for_each(|(row, lanes)| *lanes = weights[*row as usize]);
+            match targets.len() {
+                0 => {}
+                1 => scatter::<1>(&mut sums, own, by, &of_rows),
+                2 => scatter::<2>(&mut sums, own, by, &of_rows),
+                3 => scatter::<3>(&mut sums, own, by, &of_rows),
+                4 => scatter::<4>(&mut sums, own, by, &of_rows),
+                _ => scatter::<RESULTS>(&mut sums, own, by, &of_rows),
             }
         }
         sums
@@ -234,6 +239,20 @@ impl Local {
             add(&mut by[slots.globals + g], 1.0, place);
         }
         by
+    }
+}
+
+/// Adds the derivatives of the `N` results of a term with respect to its inputs, weighed, to the sums of the inputs.
+#[inline(always)]
+fn scatter<const N: usize>(sums: &mut [Lanes], inputs: &[u32], by: &[f64], weights: &[Lanes; RESULTS]) {
+    let by: [&[f64]; N] = std::array::from_fn(|row| &by[row * inputs.len()..][..inputs.len()]);
+    for (k, slot) in inputs.iter().enumerate() {
+        let sum = &mut sums[*slot as usize];
+        let mut lanes = *sum;
+        for (by, weights) in by.iter().zip(weights) {
+            add(&mut lanes, by[k], weights);
+        }
+        *sum = lanes;
     }
 }
 

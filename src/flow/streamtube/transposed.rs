@@ -106,9 +106,9 @@ fn is_small(residual: &[Lanes], norms: &Lanes, tolerance: f64) -> bool {
 impl Corrections {
     /// Adds the shares to the weights that leave as little as they can of the residual, which becomes what they leave.
     fn apply(&self, residual: &mut [Lanes], weights: &mut [Lanes]) {
-        let shares = table(&self.effects, residual).map(|lanes| lanes.map(|s| -s));
-        combine(residual, &shares, &self.effects);
-        combine(weights, &shares, &self.changes);
+        let shares = table(&self.effects, residual);
+        subtract_shares(residual, &shares, &self.effects);
+        subtract_shares(weights, &shares, &self.changes);
     }
 
     /// Makes the effects of unit length and upright on each other and on those of other corrections. A lane that adds nothing
@@ -116,9 +116,9 @@ impl Corrections {
     /// some of what the corrections could do.
     fn orthogonalise(&mut self, others: &[Self]) {
         for other in others {
-            let shares = table(&other.effects, &self.effects).map(|lanes| lanes.map(|s| -s));
-            combine(&mut self.effects, &shares, &other.effects);
-            combine(&mut self.changes, &shares, &other.changes);
+            let shares = table(&other.effects, &self.effects);
+            subtract_shares(&mut self.effects, &shares, &other.effects);
+            subtract_shares(&mut self.changes, &shares, &other.changes);
         }
         let shares = upright(&table(&self.effects, &self.effects));
         replace(&mut self.effects, &shares);
@@ -170,13 +170,10 @@ fn products(one: &[Lanes], other: &[Lanes]) -> Lanes {
     sums
 }
 
-/// Adds shares of all lanes of a list to every lane.
-fn combine(sums: &mut [Lanes], shares: &Table, list: &[Lanes]) {
-    for (sum, list) in sums.iter_mut().zip(list) {
-        let mut lanes = *sum;
-        list.iter().zip(shares).for_each(|(value, shares)| add(&mut lanes, *value, shares));
-        *sum = lanes;
-    }
+/// Subtracts shares of all lanes of a list from every lane.
+fn subtract_shares(lanes: &mut [Lanes], shares: &Table, list: &[Lanes]) {
+    let factors = Multiples::Apart(list.as_flattened(), OUTPUTS, OUTPUTS);
+    subtract(lanes.as_flattened_mut(), factors, shares.as_flattened());
 }
 
 /// Puts shares of all lanes in the place of every lane.
