@@ -125,8 +125,8 @@ impl Band {
             let row = &first.lower[(layout.globals() + g) * layout.lower_stride()..][..layout.lower_stride()];
             for r in 0..GLOBALS {
                 let solved: f64 =
-                    (0..layout.kept + first.taken).map(|e| row[e] * first.row(e)[layout.border() + r]).sum();
-                self.closing[(g, r)] += row[layout.next() + r] - solved;
+                    (0..layout.kept + first.taken).map(|e| row[e] * first.next_row(e)[layout.border() + r]).sum();
+                self.closing[(g, r)] += row[layout.own_stride() + r] - solved;
             }
         }
         true
@@ -212,8 +212,11 @@ impl Columns for Equation<'_> {
             let block = &mut self.band.blocks[home.max(station)];
             let layout = block.layout;
             if home >= station {
-                let first = if home == station { 0 } else { layout.next() };
-                block.rows[place * layout.stride() + first + index] += value;
+                if home == station {
+                    block.own[place * layout.own_stride() + index] += value;
+                } else {
+                    block.next[place * layout.next_stride() + index] += value;
+                }
             } else {
                 block.lower[place * layout.lower_stride() + index] += value;
             }
@@ -255,7 +258,7 @@ impl Columns for GlobalEquation<'_> {
     fn add(&mut self, column: Place, value: f64) {
         let (home, place) = self.band.home(column);
         let block = &mut self.band.blocks[home];
-        block.rows[place * block.layout.stride() + block.layout.border() + self.row] += value;
+        block.next[place * block.layout.next_stride() + block.layout.border() + self.row] += value;
     }
 
     #[inline(always)]
@@ -307,18 +310,20 @@ fn put_solutions(behind: &Block, block: &mut Block) {
     // there are no speeds ahead of the inlet
     let there_are = |k: usize, tubes: Range<usize>| if layout.far[k] > 0 { tubes } else { 0..0 };
     block.reaches = [there_are(0, both(&fast, &behind.reaches[1])), there_are(1, fast)];
-    let (mut rows, mut lower) = (std::mem::take(&mut block.rows), std::mem::take(&mut block.lower));
-    let known = Source { rows: &behind.lower, stride: from.lower_stride(), from: from.next() };
-    let parts =
-        [(0, 0, own_width, from.next(), None), (layout.border(), layout.next(), SHARED, from.border(), Some(known))];
-    for (column, lower_column, width, source_from, known) in parts {
-        let source = Source { rows: &behind.rows, stride: from.stride(), from: source_from };
-        let own = Strip { rows: &mut rows, stride: layout.stride(), columns: column..column + width };
-        let columns = lower_column..lower_column + width;
-        let lower = Strip { rows: &mut lower, stride: layout.lower_stride(), columns };
-        put_strips(behind, layout, [own, lower], source, known);
-    }
-    (block.rows, block.lower) = (rows, lower);
+    let Block { own, next, lower, .. } = block;
+    let (shared, border) = (layout.own_stride(), layout.border());
+    let solutions = |column| Source { rows: &behind.next, stride: from.next_stride(), from: column };
+    let strips = [
+        Strip { rows: own, stride: layout.own_stride(), columns: 0..own_width },
+        Strip { rows: lower, stride: layout.lower_stride(), columns: 0..own_width },
+    ];
+    put_strips(behind, layout, strips, solutions(0), None);
+    let known = Source { rows: &behind.lower, stride: from.lower_stride(), from: from.own_stride() };
+    let strips = [
+        Strip { rows: next, stride: layout.next_stride(), columns: border..border + SHARED },
+        Strip { rows: lower, stride: layout.lower_stride(), columns: shared..shared + SHARED },
+    ];
+    put_strips(behind, layout, strips, solutions(from.border()), Some(known));
 }
 
 #[cfg(test)]
@@ -338,13 +343,12 @@ impl Band {
         let (i, r) = (row.station, row.index);
         let Some(tube) = r.checked_sub(self.kept[i]) else {
             let block = &self.blocks[i];
-            let own = |block: &Block, column: usize| -> f64 {
-                let unknowns = (0..block.layout.size()).map(|u| block.row(u)[column] * self.at(change, block, u));
-                unknowns.sum()
+            let of = |block: &Block, row: &dyn Fn(usize) -> f64| -> f64 {
+                (0..block.layout.size()).map(|u| row(u) * self.at(change, block, u)).sum()
             };
-            let mut sum = own(block, r);
+            let mut sum = of(block, &|u| block.own_row(u)[r]);
             if let Some(next) = self.blocks.get(i + 1) {
-                sum += own(next, next.layout.next() + r);
+                sum += of(next, &|u| next.next_row(u)[r]);
             }
             if i > 0 {
                 sum += (0..block.layout.ahead).map(|u| block.lower_row(u)[r] * change.stations[i - 1][u]).sum::<f64>();
@@ -381,7 +385,7 @@ impl Band {
     pub fn times_global(&self, row: usize, change: &Unknowns) -> f64 {
         let of = |block: &Block| -> f64 {
             let column = block.layout.border() + row;
-            (0..block.layout.size()).map(|u| block.row(u)[column] * self.at(change, block, u)).sum()
+            (0..block.layout.size()).map(|u| block.next_row(u)[column] * self.at(change, block, u)).sum()
         };
         let of_globals: f64 = (0..GLOBALS).map(|g| self.corner[(g, row)] * change.globals[g]).sum();
         self.blocks.iter().map(of).sum::<f64>() + of_globals

@@ -212,10 +212,10 @@ impl Band {
         for (i, block) in self.blocks.iter().enumerate() {
             let layout = block.layout;
             let (before, own) = stations.split_at_mut(i);
-            let of = |column: usize, count: usize| Multiples::Apart(&block.rows[column..], layout.stride(), count);
+            let of = |column: usize, count: usize| Multiples::Apart(&block.next[column..], layout.next_stride(), count);
             subtract(&mut own[0], of(layout.border(), GLOBALS), &felt);
             if let Some(before) = before.last() {
-                subtract(&mut own[0], of(layout.next(), layout.ahead + block.put_off()), before);
+                subtract(&mut own[0], of(0, layout.ahead + block.put_off()), before);
             }
         }
         self.by_stations(&stations, &globals, slots, multipliers);
