@@ -110,6 +110,12 @@ impl Slots {
     }
 }
 
+/// Passes over the terms of the equations and over those of the outputs.
+pub(super) struct Terms<E, O> {
+    pub equations: E,
+    pub outputs: O,
+}
+
 /// Derivatives of all terms.
 #[derive(Debug, Clone)]
 pub(super) struct Local {
@@ -122,6 +128,8 @@ pub(super) struct Local {
     rows: Recycled<u32>,
     /// Derivatives, result by result.
     values: Recycled<f64>,
+    /// Numbers of terms, inputs, rows and derivatives of the equations, behind which those of the outputs stand.
+    equations: [usize; 4],
 }
 
 impl Local {
@@ -134,13 +142,22 @@ impl Local {
             inputs: Recycled::with_capacity(20 * cells),
             rows: Recycled::with_capacity(4 * cells),
             values: Recycled::with_capacity(60 * cells),
+            equations: [0; 4],
         }
     }
 
-    /// The derivatives of the terms that `terms` hands on.
-    pub fn of(grid: &Grid, numbers: Numbers<f64>, flow: &Flow<f64>, terms: impl Fn(&mut Recording)) -> Self {
+    /// The derivatives of all terms.
+    pub fn of(
+        grid: &Grid,
+        numbers: Numbers<f64>,
+        flow: &Flow<f64>,
+        terms: Terms<impl Fn(&mut Recording), impl Fn(&mut Recording)>,
+    ) -> Self {
         let mut pass = Recording { numbers, flow, local: Self::new(grid) };
-        terms(&mut pass);
+        (terms.equations)(&mut pass);
+        let Self { sizes, inputs, rows, values, .. } = &pass.local;
+        pass.local.equations = [sizes.len(), inputs.len(), rows.len(), values.len()];
+        (terms.outputs)(&mut pass);
         pass.local
     }
 
@@ -158,26 +175,23 @@ impl Local {
 
     /// Sums of the derivatives with respect to every slot, with weights of the equations and outputs.
     pub fn weighed(&self, weights: &[Lanes]) -> Recycled<Lanes> {
-        self.weighed_from(0, weights)
+        self.weighed_from([0; 4], weights)
     }
 
     /// Sums of the derivatives of the outputs with respect to every slot.
     pub fn weighed_outputs(&self) -> Recycled<Lanes> {
-        self.weighed_from(self.slots.unknowns(), &self.output_weights())
+        self.weighed_from(self.equations, &self.output_weights())
     }
 
-    /// Sums over the terms that add to equations or outputs from one on.
-    fn weighed_from(&self, first: usize, weights: &[Lanes]) -> Recycled<Lanes> {
+    /// Sums over the terms behind a number of terms, inputs, rows and derivatives.
+    fn weighed_from(&self, [terms, inputs, rows, values]: [usize; 4], weights: &[Lanes]) -> Recycled<Lanes> {
         let mut sums = Recycled::of([0.0; OUTPUTS], self.slots.total + 1);
-        let (mut inputs, mut rows, mut values) = (&self.inputs[..], &self.rows[..], &self.values[..]);
-        for &[own_inputs, own_rows] in self.sizes.iter() {
+        let (mut inputs, mut rows, mut values) = (&self.inputs[inputs..], &self.rows[rows..], &self.values[values..]);
+        for &[own_inputs, own_rows] in &self.sizes[terms..] {
             let (own, targets, by);
             (own, inputs) = inputs.split_at(own_inputs.into());
             (targets, rows) = rows.split_at(own_rows.into());
             (by, values) = values.split_at(own.len() * targets.len());
-            if first > 0 && targets.iter().all(|row| (*row as usize) < first) {
-                continue;
-            }
             let mut of_rows = [[0.0; OUTPUTS]; RESULTS];
             targets.iter().zip(&mut of_rows).for_each(|(row, lanes)| *lanes = weights[*row as usize]);
             match targets.len() {

@@ -21,6 +21,8 @@ pub(super) struct SectionCurve<S> {
     arc: Vec<S>,
     /// Real parts of those.
     real_arc: Vec<f64>,
+    /// Arc lengths of the nodes.
+    places: Vec<f64>,
     total: S,
     last: f64,
     /// Node index of the nose, where the surface is upright.
@@ -50,8 +52,9 @@ impl<S: Scalar> SectionCurve<S> {
             if slope(middle) < 0.0 { low = middle } else { high = middle }
         }
         let total = arcs[n - 1];
+        let places = arcs.iter().map(|arc| arc.re()).collect();
         let nose = 0.5 * (low + high);
-        rises.then_some(Self { spline, x, y, arc, real_arc, total, last: (n - 1) as f64, nose })
+        rises.then_some(Self { spline, x, y, arc, real_arc, places, total, last: (n - 1) as f64, nose })
     }
 
     /// Length of the polygon through all nodes, in chords.
@@ -69,7 +72,8 @@ impl<S: Scalar> SectionCurve<S> {
 
     /// Node index at an arc length from the first node.
     pub fn index(&self, s: S) -> S {
-        let t = invert(&self.spline, &self.real_arc, s.re(), 0.0, self.last, 1.0);
+        let above = self.places.partition_point(|place| *place < s.re()).clamp(1, self.places.len() - 1);
+        let t = invert(&self.spline, &self.real_arc, s.re(), (above - 1) as f64, above as f64, 1.0);
         let rate = combine(&self.spline.slope_weights(t), &self.real_arc);
         // Newton's step in the number carries the first derivatives
         let miss = weigh(&self.spline.weights(t), &self.arc) - s;

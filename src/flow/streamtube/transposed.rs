@@ -10,14 +10,14 @@ use super::local::{Lanes, Local, Slots, add};
 use super::moves::Moves;
 use super::numbering::GLOBALS;
 use super::outputs::OUTPUTS;
-use super::rows::{Combination, Multiples, padded};
+use super::rows::{Combination, LIST, Multiples, Products};
 use super::strips::{Source, Strip, put_strips};
 use crate::flow::linear::{Factors, add_scaled};
 use crate::flow::memory::Recycled;
 use nalgebra::DMatrix;
 
 // lists of one number for every output are as wide as the products of matrices take them
-const _: () = assert!(OUTPUTS == padded(OUTPUTS));
+const _: () = assert!(OUTPUTS == LIST);
 
 /// Residual of multipliers that is aimed at, and the largest one, over that of none.
 const TOLERANCE: [f64; 2] = [1e-10, 1e-9];
@@ -152,11 +152,7 @@ fn upright(products: &Table) -> Table {
 
 /// Scalar products of all lanes of one list with all lanes of another.
 fn table(one: &[Lanes], other: &[Lanes]) -> Table {
-    let mut sums = [[0.0; OUTPUTS]; OUTPUTS];
-    for (one, other) in one.iter().zip(other) {
-        sums.iter_mut().zip(one).for_each(|(sums, a)| add(sums, *a, other));
-    }
-    sums
+    Products(one.as_flattened(), other.as_flattened()).sums()
 }
 
 /// Scalar products of lists, lane by lane.
