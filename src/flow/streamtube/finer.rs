@@ -9,7 +9,6 @@ use super::numbering::{STAGNATION, TRANSITION};
 use super::refine::carried_over;
 use super::settings::StreamtubeSettings;
 use super::solver::{Found, StreamtubeSection, StreamtubeSolver};
-use super::start::NEARLY;
 use crate::flow::condition::Condition;
 use crate::flow::layer::Side;
 
@@ -18,6 +17,8 @@ const COARSE: [usize; 2] = [60, 14];
 /// Largest number of steps of a flow that was carried over to another grid, and of those of which nothing comes. Most flows
 /// take two.
 const CARRIED: (usize, usize) = (12, 6);
+/// Residual at which a flow that was carried over with its transition stands well enough to let that go.
+const SETTLED: f64 = 0.1;
 /// Share of the way from the station of transition to the one nearest to it from which on stations are laid anew.
 const NEARER: f64 = 0.75;
 
@@ -30,7 +31,7 @@ impl StreamtubeSection {
         let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
         // transition on the finer grid may be elsewhere; it is kept until the flow stands
         problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-        let limits = Limits { tolerance: NEARLY, ..self.carried() };
+        let limits = Limits { tolerance: SETTLED, ..self.carried() };
         let mut ended = solve(&problem, None, &mut unknowns, &limits);
         ended.steps += coarse.ended.steps;
         if ended.converged {

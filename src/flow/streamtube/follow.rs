@@ -22,9 +22,10 @@ const STEPS: (usize, usize) = (20, 6);
 const NEAR: [f64; 2] = [0.08, 0.005];
 /// Number of steps of which nothing comes where transition was let go far from its wanted place.
 const FAR: usize = 12;
-/// Number of Newton steps after which transition that was let go where a flow on another grid has it is held again, and number
-/// of those of which nothing comes. Most flows take two to five steps; others go astray with the first one.
-const BRIEF: (usize, usize) = (12, 1);
+/// Number of Newton steps after which transition that was let go where a flow on another grid has it is held again, number of
+/// those of which nothing comes, and growth of the residual. Most flows take two to five steps; others go astray with the first
+/// one.
+const BRIEF: (usize, usize, f64) = (12, 6, 8.0);
 /// Distances of transition from its wanted place between which it is moved there then. A wanted place that is farther away is
 /// not to be relied on.
 const NEARER: [f64; 2] = [0.02, 0.15];
@@ -90,6 +91,14 @@ pub(super) struct Following<'a> {
     pub settings: &'a StreamtubeSettings,
 }
 
+/// The flow with transition let go.
+fn released(problem: &Problem, unknowns: &Unknowns, limits: &Limits) -> (Problem, Unknowns, Ended) {
+    let released = Problem { fixed_transition: None, ..problem.clone() };
+    let mut state = unknowns.clone();
+    let ended = solve(&released, None, &mut state, limits);
+    (released, state, ended)
+}
+
 impl Following<'_> {
     /// Leads a flow with fixed transition to one with free transition; `known` says whether a flow on another grid has it
     /// there. Where free transition is not found, problem and unknowns hold the last flow with fixed transition.
@@ -108,12 +117,22 @@ impl Following<'_> {
                     self.approach(problem, unknowns, &mut rules, [near, f64::INFINITY], &SHARES, &mut steps)
                 }
             };
-            let (most, patience) = match (approach, arrived) {
-                (Approach::None, _) => BRIEF,
-                (_, true) => (self.settings.iterations, PATIENCE),
-                _ => (self.settings.iterations, FAR),
+            let most = self.settings.iterations;
+            let (steps_left, patience, growth) = match (approach, arrived) {
+                (Approach::None, _) => (BRIEF.0.min(most), BRIEF.1, BRIEF.2),
+                (_, true) => (most, PATIENCE, f64::INFINITY),
+                _ => (most, FAR, f64::INFINITY),
             };
-            let (released, state, end) = self.released(problem, unknowns, most.min(self.settings.iterations), patience);
+            let limits = Limits {
+                steps: steps_left,
+                tolerance: self.settings.tolerance,
+                stride: 1.0,
+                hold: 0.5,
+                patience,
+                growth,
+                relaxed: true,
+            };
+            let (released, state, end) = released(problem, unknowns, &limits);
             steps += end.steps;
             ended = Ended { steps, ..end };
             if ended.converged {
@@ -174,22 +193,6 @@ impl Following<'_> {
         false
     }
 
-    /// The flow with transition let go.
-    fn released(
-        &self,
-        problem: &Problem,
-        unknowns: &Unknowns,
-        steps: usize,
-        patience: usize,
-    ) -> (Problem, Unknowns, Ended) {
-        let released = Problem { fixed_transition: None, ..problem.clone() };
-        let mut state = unknowns.clone();
-        let tolerance = self.settings.tolerance;
-        let limits = Limits { steps, tolerance, stride: 1.0, hold: 0.5, patience, relaxed: true };
-        let ended = solve(&released, None, &mut state, &limits);
-        (released, state, ended)
-    }
-
     /// The flow with transition kept at other places, from one nearby.
     fn fixed(
         &self,
@@ -206,7 +209,8 @@ impl Following<'_> {
         }
         let mut state = carried_over(problem, unknowns, &next, from.globals)?;
         let (steps, patience) = STEPS;
-        let limits = Limits { steps, tolerance: NEARLY, stride: 1.0, hold: 0.5, patience, relaxed: true };
+        let limits =
+            Limits { steps, tolerance: NEARLY, stride: 1.0, hold: 0.5, patience, growth: f64::INFINITY, relaxed: true };
         let ended = solve(&next, None, &mut state, &limits);
         Some((next, state, ended))
     }

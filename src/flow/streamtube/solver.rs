@@ -452,6 +452,7 @@ impl StreamtubeSection {
             stride: 1.0,
             hold: 0.5,
             patience: PATIENCE,
+            growth: f64::INFINITY,
             relaxed: true,
         }
     }
