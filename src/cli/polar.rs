@@ -359,7 +359,7 @@ fn solve_point(
 ) -> Result<(Solution, f64), Failure> {
     let begin = Instant::now();
     let condition = arguments.point.condition(place.mach, place.alpha, arguments.cl)?;
-    let solution = section.analyze(&condition, warm).map_err(|e: FlowError| Failure::Input(e.to_string()))?;
+    let solution = section.analyze_next(&condition, warm).map_err(|e: FlowError| Failure::Input(e.to_string()))?;
     Ok((solution, begin.elapsed().as_secs_f64()))
 }
 

@@ -151,6 +151,14 @@ impl FlowSection for AutomaticSection {
             self.panels.analyze(condition, &self.panel.settings, warm)
         }
     }
+
+    fn analyze_next(&self, condition: &Condition, last: Option<&Solution>) -> Result<Solution, FlowError> {
+        if needs_streamtubes(&self.panels, condition) {
+            self.streamtube.analyze_next(condition, last)
+        } else {
+            self.panels.analyze(condition, &self.panel.settings, last)
+        }
+    }
 }
 
 #[cfg(test)]

@@ -44,4 +44,15 @@ pub trait FlowSection: Debug + Send + Sync {
     /// [`FlowError`] for a condition out of range. A flow that does not converge is a [`Solution`] whose status says
     /// so.
     fn analyze(&self, condition: &Condition, warm: Option<&Solution>) -> Result<Solution, FlowError>;
+
+    /// Solves the flow at the next operating point of a sweep, starting from the one at the last point.
+    ///
+    /// While a shape is changed step by step, a grid has to stay what it was. In a sweep it need not, and the result should be
+    /// the one from nothing.
+    ///
+    /// # Errors
+    /// As [`analyze`](Self::analyze).
+    fn analyze_next(&self, condition: &Condition, last: Option<&Solution>) -> Result<Solution, FlowError> {
+        self.analyze(condition, last)
+    }
 }

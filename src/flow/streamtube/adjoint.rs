@@ -12,7 +12,7 @@ use super::gas::{Flow, Parameters};
 use super::geometry::{Geometry, displacement_thickness, gaps, movement};
 use super::kept::{self, Base};
 use super::kernel::{Input, Kernel, Pass, Target};
-use super::local::{Lanes, Local, Slots, add};
+use super::local::{Lanes, Local, Recording, Slots, Terms, add};
 use super::moves::Moves;
 use super::numbering::{ALPHA, Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::{OUTPUTS, Peak, outputs};
@@ -83,10 +83,11 @@ pub(super) fn derivatives(
     problem.parameters.incidence = unknowns.globals[ALPHA];
     let (flow, moves) = (problem.flow(), problem.moves(unknowns)?);
     let numbers = || Numbers { geometry, unknowns };
-    let local = Local::of(&problem.grid, numbers(), &flow, |pass| {
-        problem.equations().pass(pass);
-        outputs(&problem.grid, peaks, pass);
-    });
+    let terms = Terms {
+        equations: |pass: &mut Recording| problem.equations().pass(pass),
+        outputs: |pass: &mut Recording| outputs(&problem.grid, peaks, pass),
+    };
+    let local = Local::of(&problem.grid, numbers(), &flow, terms);
     // where the lift was held, the angle is from here on
     let of = |at: Arc<Linearised>| adjoint(&at.band, &local, &moves, ALPHA);
     let close = base.and_then(kept::factorised).and_then(of);

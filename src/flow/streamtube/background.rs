@@ -91,11 +91,13 @@ impl<S: Scalar> WallStations<S> {
     pub fn new(stations: &Stations, curve: &SectionCurve<S>, stagnation: S, transition: [S; 2]) -> Self {
         let focus = curve.focus();
         let nose = curve.index(stagnation);
+        let count = stations.fractions.len();
+        let pairs = || [0, 1].map(|_| Vec::with_capacity(count));
         let mut wall = Self {
-            points: [vec![], vec![]],
-            normals: [vec![], vec![]],
-            beside: [vec![], vec![]],
-            arcs: [vec![], vec![]],
+            points: pairs(),
+            normals: pairs(),
+            beside: [0, 1].map(|_| Vec::with_capacity(count)),
+            arcs: [0, 1].map(|_| Vec::with_capacity(count)),
             focus,
             origin: root(minus(curve.point(nose), focus), curve.side_of_nose(nose.re())),
             ahead: vec![],

@@ -17,6 +17,7 @@ use super::rows::Entry;
 use super::strips::{Source, Strip, put_strips};
 use crate::flow::linear::{Factors, add_scaled};
 use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// A row of derivatives, by the unknowns of stations and the global ones.
 pub(super) trait Columns {
@@ -124,8 +125,8 @@ impl Band {
             let row = &first.lower[(layout.globals() + g) * layout.lower_stride()..][..layout.lower_stride()];
             for r in 0..GLOBALS {
                 let solved: f64 =
-                    (0..layout.kept + first.taken).map(|e| row[e] * first.row(e)[layout.border() + r]).sum();
-                self.closing[(g, r)] += row[layout.next() + r] - solved;
+                    (0..layout.kept + first.taken).map(|e| row[e] * first.next_row(e)[layout.border() + r]).sum();
+                self.closing[(g, r)] += row[layout.own_stride() + r] - solved;
             }
         }
         true
@@ -172,10 +173,11 @@ impl Band {
         }
         let mut first = layout.far_rows();
         for (k, far) in layout.far.into_iter().enumerate().filter(|(_, far)| *far > 0) {
-            if block.reaches[k] {
+            if !block.reaches[k].is_empty() {
                 let from = i - 1 - k;
-                for (tube, value) in solved[from][self.blocks[from].layout.tube(0)..].iter().enumerate() {
-                    add_scaled(others, -value, block.lower_row(first + tube));
+                let speeds = &solved[from][self.blocks[from].layout.tube(0)..];
+                for tube in block.reaches[k].clone() {
+                    add_scaled(others, -speeds[tube], block.lower_row(first + tube));
                 }
             }
             first += far;
@@ -210,8 +212,11 @@ impl Columns for Equation<'_> {
             let block = &mut self.band.blocks[home.max(station)];
             let layout = block.layout;
             if home >= station {
-                let first = if home == station { 0 } else { layout.next() };
-                block.rows[place * layout.stride() + first + index] += value;
+                if home == station {
+                    block.own[place * layout.own_stride() + index] += value;
+                } else {
+                    block.next[place * layout.next_stride() + index] += value;
+                }
             } else {
                 block.lower[place * layout.lower_stride() + index] += value;
             }
@@ -253,7 +258,7 @@ impl Columns for GlobalEquation<'_> {
     fn add(&mut self, column: Place, value: f64) {
         let (home, place) = self.band.home(column);
         let block = &mut self.band.blocks[home];
-        block.rows[place * block.layout.stride() + block.layout.border() + self.row] += value;
+        block.next[place * block.layout.next_stride() + block.layout.border() + self.row] += value;
     }
 
     #[inline(always)]
@@ -288,24 +293,37 @@ impl RightHandSide {
     }
 }
 
+/// The range of two ranges and all between them.
+fn both(one: &Range<usize>, other: &Range<usize>) -> Range<usize> {
+    match (one.is_empty(), other.is_empty()) {
+        (true, _) => other.clone(),
+        (_, true) => one.clone(),
+        _ => one.start.min(other.start)..one.end.max(other.end),
+    }
+}
+
 /// Puts the solutions of the station behind into the rows of a station, in the columns of its own equations and in the
 /// global ones.
 fn put_solutions(behind: &Block, block: &mut Block) {
     let (layout, from) = (block.layout, behind.layout);
-    let (own_width, fast) = (block.own_width(), behind.is_fast());
-    block.reaches = [fast || behind.reaches[1], fast];
-    let (mut rows, mut lower) = (std::mem::take(&mut block.rows), std::mem::take(&mut block.lower));
-    let known = Source { rows: &behind.lower, stride: from.lower_stride(), from: from.next() };
-    let parts =
-        [(0, 0, own_width, from.next(), None), (layout.border(), layout.next(), SHARED, from.border(), Some(known))];
-    for (column, lower_column, width, source_from, known) in parts {
-        let source = Source { rows: &behind.rows, stride: from.stride(), from: source_from };
-        let own = Strip { rows: &mut rows, stride: layout.stride(), columns: column..column + width };
-        let columns = lower_column..lower_column + width;
-        let lower = Strip { rows: &mut lower, stride: layout.lower_stride(), columns };
-        put_strips(behind, layout, [own, lower], source, known);
-    }
-    (block.rows, block.lower) = (rows, lower);
+    let (own_width, fast) = (block.own_width(), behind.fast());
+    // there are no speeds ahead of the inlet
+    let there_are = |k: usize, tubes: Range<usize>| if layout.far[k] > 0 { tubes } else { 0..0 };
+    block.reaches = [there_are(0, both(&fast, &behind.reaches[1])), there_are(1, fast)];
+    let Block { own, next, lower, .. } = block;
+    let (shared, border) = (layout.own_stride(), layout.border());
+    let solutions = |column| Source { rows: &behind.next, stride: from.next_stride(), from: column };
+    let strips = [
+        Strip { rows: own, stride: layout.own_stride(), columns: 0..own_width },
+        Strip { rows: lower, stride: layout.lower_stride(), columns: 0..own_width },
+    ];
+    put_strips(behind, layout, strips, solutions(0), None);
+    let known = Source { rows: &behind.lower, stride: from.lower_stride(), from: from.own_stride() };
+    let strips = [
+        Strip { rows: next, stride: layout.next_stride(), columns: border..border + SHARED },
+        Strip { rows: lower, stride: layout.lower_stride(), columns: shared..shared + SHARED },
+    ];
+    put_strips(behind, layout, strips, solutions(from.border()), Some(known));
 }
 
 #[cfg(test)]
@@ -325,13 +343,12 @@ impl Band {
         let (i, r) = (row.station, row.index);
         let Some(tube) = r.checked_sub(self.kept[i]) else {
             let block = &self.blocks[i];
-            let own = |block: &Block, column: usize| -> f64 {
-                let unknowns = (0..block.layout.size()).map(|u| block.row(u)[column] * self.at(change, block, u));
-                unknowns.sum()
+            let of = |block: &Block, row: &dyn Fn(usize) -> f64| -> f64 {
+                (0..block.layout.size()).map(|u| row(u) * self.at(change, block, u)).sum()
             };
-            let mut sum = own(block, r);
+            let mut sum = of(block, &|u| block.own_row(u)[r]);
             if let Some(next) = self.blocks.get(i + 1) {
-                sum += own(next, next.layout.next() + r);
+                sum += of(next, &|u| next.next_row(u)[r]);
             }
             if i > 0 {
                 sum += (0..block.layout.ahead).map(|u| block.lower_row(u)[r] * change.stations[i - 1][u]).sum::<f64>();
@@ -368,7 +385,7 @@ impl Band {
     pub fn times_global(&self, row: usize, change: &Unknowns) -> f64 {
         let of = |block: &Block| -> f64 {
             let column = block.layout.border() + row;
-            (0..block.layout.size()).map(|u| block.row(u)[column] * self.at(change, block, u)).sum()
+            (0..block.layout.size()).map(|u| block.next_row(u)[column] * self.at(change, block, u)).sum()
         };
         let of_globals: f64 = (0..GLOBALS).map(|g| self.corner[(g, row)] * change.globals[g]).sum();
         self.blocks.iter().map(of).sum::<f64>() + of_globals

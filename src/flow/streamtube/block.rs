@@ -15,8 +15,9 @@ use std::ops::Range;
 
 /// Smallest pivot of a speed that is taken out, over the largest coefficient of this speed in another equation.
 const WEAK: f64 = 0.01;
-/// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow.
-const NEGLIGIBLE: f64 = 1e-20;
+/// Derivative by a speed farther upstream that counts as none. The dissipation vanishes exponentially in subsonic flow; steps
+/// leave far more of what they are to take away than these derivatives do.
+const NEGLIGIBLE: f64 = 1e-10;
 
 /// Length of the part of a row for the global equations.
 pub(super) const SHARED: usize = padded(GLOBALS);
@@ -55,24 +56,24 @@ impl Layout {
         self.kept + PUT_OFF + tube
     }
 
-    /// First column of the equations of the station upstream.
-    pub fn next(self) -> usize {
+    /// Length of a row of [`Block::own`], and first column of the global equations in [`Block::lower`].
+    pub fn own_stride(self) -> usize {
         padded(self.kept + PUT_OFF)
     }
 
-    /// First column of the global equations.
+    /// First column of the global equations in [`Block::next`].
     pub fn border(self) -> usize {
-        self.next() + padded(self.ahead + PUT_OFF)
+        padded(self.ahead + PUT_OFF)
     }
 
-    /// Length of a row.
-    pub fn stride(self) -> usize {
+    /// Length of a row of [`Block::next`].
+    pub fn next_stride(self) -> usize {
         self.border() + SHARED
     }
 
     /// Length of a row of [`Block::lower`].
     pub fn lower_stride(self) -> usize {
-        self.next() + SHARED
+        self.own_stride() + SHARED
     }
 
     /// First row of [`Block::lower`] with a global unknown.
@@ -85,13 +86,13 @@ impl Layout {
         self.ahead + GLOBALS
     }
 
-    /// Puts right-hand sides of the dense factors into a row: those with columns of the station upstream, what was put off
-    /// behind them, and from the column `border` on those of the global equations.
-    fn spread(self, right: &[f64], put_off: &[f64], row: &mut [f64], border: usize) {
+    /// Puts right-hand sides of the dense factors into a row of [`Block::next`]: those with columns of the station upstream, what
+    /// was put off behind them, and those of the global equations.
+    fn spread(self, right: &[f64], put_off: &[f64], row: &mut [f64]) {
         let (ahead, shared) = right.split_at(padded(self.ahead));
         row[..self.ahead].copy_from_slice(&ahead[..self.ahead]);
         row[self.ahead..][..put_off.len()].copy_from_slice(put_off);
-        row[border..][..SHARED].copy_from_slice(&shared[..SHARED]);
+        row[self.border()..].copy_from_slice(&shared[..SHARED]);
     }
 
     pub fn lower_rows(self) -> usize {
@@ -108,13 +109,17 @@ impl Layout {
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     pub layout: Layout,
-    pub rows: Vec<f64>,
+    /// Coefficients of the unknowns in the equations of the station itself: a row for each unknown.
+    pub own: Vec<f64>,
+    /// Coefficients of the unknowns in the equations of the station upstream and in the global ones, which are read alone once
+    /// the station is factorised.
+    pub next: Vec<f64>,
     /// Coefficients of other unknowns in the equations of the station, and behind them what has become of their
     /// coefficients in the global equations. A row for each displacement and unknown of the layer of the station upstream; for
     /// each global unknown; for each speed upstream of that station, and of the one before.
     pub lower: Vec<f64>,
-    /// Whether the speeds farther upstream have coefficients in [`lower`](Self::lower).
-    pub reaches: [bool; 2],
+    /// Tubes whose speeds farther upstream have coefficients in [`lower`](Self::lower).
+    pub reaches: [Range<usize>; 2],
     /// Coefficient of each speed in the equation along its tube.
     pub diagonal: Vec<f64>,
     /// Coefficients of the station's unknowns in the equations along the tubes: unknown, tube.
@@ -167,9 +172,10 @@ impl Block {
         let tubes = || vec![0.0; layout.tubes];
         Self {
             layout,
-            rows: vec![0.0; layout.size() * layout.stride()],
+            own: vec![0.0; layout.size() * layout.own_stride()],
+            next: vec![0.0; layout.size() * layout.next_stride()],
             lower: vec![0.0; layout.lower_rows() * layout.lower_stride()],
-            reaches: [false; 2],
+            reaches: [0..0, 0..0],
             diagonal: tubes(),
             by_tube: Vec::new(),
             upstream: [Vec::new(), Vec::new()],
@@ -183,20 +189,18 @@ impl Block {
     /// Sets everything to zero.
     pub fn clear(&mut self) {
         let (layout, lower_stride) = (self.layout, self.layout.lower_stride());
-        let (others, speeds) = self.rows.split_at_mut(layout.tube(0) * layout.stride());
-        others[..(layout.kept + self.taken) * layout.stride()].fill(0.0);
-        speeds.fill(0.0);
+        for (rows, stride) in [(&mut self.own, layout.own_stride()), (&mut self.next, layout.next_stride())] {
+            rows[..(layout.kept + self.taken) * stride].fill(0.0);
+            rows[layout.tube(0) * stride..].fill(0.0);
+        }
         // nothing else has been touched
         let (shared, far) = self.lower.split_at_mut(layout.far_rows() * lower_stride);
         shared.fill(0.0);
-        let (two, three) = far.split_at_mut(layout.far[0] * lower_stride);
-        for (rows, touched) in [two, three].into_iter().zip(self.reaches) {
-            if touched {
-                rows.fill(0.0);
-            }
+        for (first, touched) in [0, layout.far[0]].into_iter().zip(&mut self.reaches) {
+            far[(first + touched.start) * lower_stride..(first + touched.end) * lower_stride].fill(0.0);
+            *touched = 0..0;
         }
         self.taken = 0;
-        self.reaches = [false; 2];
         self.diagonal.fill(0.0);
         self.by_tube.clear();
         self.upstream.iter_mut().for_each(Vec::clear);
@@ -204,9 +208,14 @@ impl Block {
         self.by_globals.fill(0.0);
     }
 
-    /// The row of an unknown, or once factorised of an equation.
-    pub fn row(&self, row: usize) -> &[f64] {
-        &self.rows[row * self.layout.stride()..][..self.layout.stride()]
+    /// The row of an unknown in the equations of the station itself.
+    pub fn own_row(&self, row: usize) -> &[f64] {
+        &self.own[row * self.layout.own_stride()..][..self.layout.own_stride()]
+    }
+
+    /// The row of an unknown, or once factorised of an equation, in the equations of the station upstream and the global ones.
+    pub fn next_row(&self, row: usize) -> &[f64] {
+        &self.next[row * self.layout.next_stride()..][..self.layout.next_stride()]
     }
 
     /// The coefficients of an unknown from elsewhere in the equations of the station that do not belong to tubes.
@@ -219,9 +228,12 @@ impl Block {
         &self.by_globals[global * self.layout.tubes..][..self.layout.tubes]
     }
 
-    /// Whether the equations along the tubes know of speeds two or three intervals upstream.
-    pub fn is_fast(&self) -> bool {
-        self.speeds[1..].iter().flatten().any(|value| !(value.abs() <= NEGLIGIBLE))
+    /// The tubes along which the equations know of speeds two or three intervals upstream, with those between them.
+    pub fn fast(&self) -> Range<usize> {
+        let is_fast = |tube: &usize| self.speeds[1..].iter().any(|values| !(values[*tube].abs() <= NEGLIGIBLE));
+        let tubes = 0..self.layout.tubes;
+        let first = tubes.clone().find(is_fast);
+        first.map_or(0..0, |first| first..tubes.rev().find(is_fast).map_or(first, |last| last) + 1)
     }
 
     /// Puts the lists in order.
@@ -234,13 +246,16 @@ impl Block {
     /// sides, which stand in `right` afterwards as far as the dense factors know of them. Returns `false` where the part is
     /// singular or holds a number that is not finite.
     pub fn factorise(&mut self, right: &mut Vec<f64>) -> bool {
-        let (layout, stride) = (self.layout, self.layout.stride());
-        let (next, border, ahead) = (layout.next(), layout.border(), padded(layout.ahead));
+        let layout = self.layout;
+        let (own_stride, next_stride) = (layout.own_stride(), layout.next_stride());
+        let (border, ahead) = (layout.border(), padded(layout.ahead));
         let (kept, first) = (layout.kept + self.taken, layout.tube(0));
         self.sort_speeds();
-        let (others, speeds) = self.rows.split_at_mut(first * stride);
-        for columns in [0..padded(kept), next..next + ahead, border..border + SHARED] {
-            self.factors.take_out(others, speeds, stride, columns);
+        let (others, speeds) = self.own.split_at_mut(first * own_stride);
+        self.factors.take_out(others, speeds, own_stride, 0..padded(kept));
+        let (others, speeds) = self.next.split_at_mut(first * next_stride);
+        for columns in [0..ahead, border..border + SHARED] {
+            self.factors.take_out(others, speeds, next_stride, columns);
         }
         // there is nothing upstream of the first station
         let allowed = if ahead > 0 { PUT_OFF } else { 0 };
@@ -252,10 +267,10 @@ impl Block {
         right.resize(size * width, 0.0);
         let unknowns = (0..kept).chain(weak.iter().map(|&tube| first + tube));
         for ((place, row), right) in unknowns.enumerate().zip(right.chunks_mut(width)) {
-            let own = &self.rows[row * stride..][..stride];
-            dense.put(place, &own[..kept]);
-            right[..ahead].copy_from_slice(&own[next..next + ahead]);
-            right[ahead..][..SHARED].copy_from_slice(&own[border..border + SHARED]);
+            dense.put(place, &self.own[row * own_stride..][..kept]);
+            let next = &self.next[row * next_stride..][..next_stride];
+            right[..ahead].copy_from_slice(&next[..ahead]);
+            right[ahead..][..SHARED].copy_from_slice(&next[border..]);
             right[ahead + SHARED..].fill(0.0);
         }
         for (number, &tube) in weak.iter().enumerate() {
@@ -279,7 +294,7 @@ impl Block {
     /// Puts the solutions of the dense part into the rows, and those of the speeds that were taken out.
     fn put_solutions(&mut self, right: &[f64], width: usize) {
         let layout = self.layout;
-        let (stride, next, border) = (layout.stride(), layout.next(), layout.border());
+        let (stride, border) = (layout.next_stride(), layout.border());
         let (kept, first) = (layout.kept + self.taken, layout.tube(0));
         let Factors { weak, dense, .. } = &self.factors;
         let put_off = padded(layout.ahead) + SHARED;
@@ -288,32 +303,33 @@ impl Block {
         for (place, right) in right.chunks(width).enumerate() {
             let (column, number) = dense.column(place);
             let own = match column.checked_sub(kept) {
-                None => &mut self.rows[column * stride..][..stride],
+                None => &mut self.next[column * stride..][..stride],
                 Some(number) => &mut solved[number * stride..][..stride],
             };
             match number {
-                None => layout.spread(right, &right[put_off..][..dense.put_off()], &mut own[next..], border - next),
+                None => layout.spread(right, &right[put_off..][..dense.put_off()], own),
                 Some(number) => {
-                    own[next..].fill(0.0);
-                    own[next + layout.ahead + number] = -1.0;
+                    own.fill(0.0);
+                    own[layout.ahead + number] = -1.0;
                 }
             }
         }
-        let (others, speeds) = self.rows.split_at_mut(first * stride);
-        for columns in [next..next + padded(layout.ahead + dense.put_off()), border..border + SHARED] {
+        let (others, speeds) = self.next.split_at_mut(first * stride);
+        for columns in [0..padded(layout.ahead + dense.put_off()), border..border + SHARED] {
             let source_from = columns.start;
-            let (factors, source, source_stride) = (Multiples::Inside(0..kept), &*others, stride);
+            let factors = Multiples::Apart(&self.own[first * layout.own_stride()..], layout.own_stride(), kept);
+            let (source, source_stride) = (&*others, stride);
             Combination { rows: speeds, stride, factors, columns, source, source_stride, source_from }.subtract();
         }
         for (&tube, solved) in weak.iter().zip(solved.chunks(stride)) {
-            speeds[tube * stride + next..][..stride - next].copy_from_slice(&solved[next..]);
+            speeds[tube * stride..][..stride].copy_from_slice(solved);
         }
     }
 
     /// Replaces right-hand sides, a list of `width` numbers for each row, by the solutions with the factors. The result is
     /// what is left for the equations that are put off.
     pub fn solve_lists(&self, lists: &mut [f64], width: usize) -> Vec<f64> {
-        let (layout, stride) = (self.layout, self.layout.stride());
+        let (layout, stride) = (self.layout, self.layout.own_stride());
         let kept = layout.kept + self.taken;
         let Factors { weak, dense, .. } = &self.factors;
         let (others, speeds) = lists.split_at_mut(layout.tube(0) * width);
@@ -335,7 +351,7 @@ impl Block {
         let product = Combination {
             rows: speeds,
             stride: width,
-            factors: Multiples::Apart(&self.rows[layout.tube(0) * stride..], stride, kept),
+            factors: Multiples::Apart(&self.own[layout.tube(0) * stride..], stride, kept),
             columns: 0..width,
             source: others,
             source_stride: width,
@@ -362,13 +378,17 @@ impl Block {
     /// Their columns begin with those of this station's equations.
     pub fn take_on(&mut self, behind: &Self, right: &[f64]) {
         let (layout, from) = (self.layout, behind.layout);
-        let (stride, dense) = (layout.stride(), &behind.factors.dense);
+        let dense = &behind.factors.dense;
         let width = padded(from.ahead) + SHARED + padded(PUT_OFF);
         self.taken = behind.put_off();
         for number in 0..self.taken {
-            let own = &mut self.rows[(layout.kept + number) * stride..][..stride];
-            let place = dense.done() + number;
-            from.spread(&right[place * width..][..width], dense.left(place), own, layout.border());
+            let (row, place) = (layout.kept + number, dense.done() + number);
+            let own = &mut self.own[row * layout.own_stride()..][..layout.own_stride()];
+            let next = &mut self.next[row * layout.next_stride()..][..layout.next_stride()];
+            let (right, shared) = right[place * width..][..width].split_at(padded(from.ahead));
+            own[..from.ahead].copy_from_slice(&right[..from.ahead]);
+            own[from.ahead..][..self.taken].copy_from_slice(dense.left(place));
+            next[layout.border()..].copy_from_slice(&shared[..SHARED]);
         }
     }
 
@@ -379,7 +399,8 @@ impl Block {
         let factors = &mut self.factors;
         factors.weak.clear();
         factors.inverse.clear();
-        for (tube, row) in self.rows[first * self.layout.stride()..].chunks(self.layout.stride()).enumerate() {
+        let stride = self.layout.own_stride();
+        for (tube, row) in self.own[first * stride..].chunks(stride).enumerate() {
             let largest = row[..kept + self.taken].iter().fold(0.0f64, |most, value| most.max(value.abs()));
             let pivot = self.diagonal[tube];
             // written so that NaN is weak
@@ -404,7 +425,7 @@ impl Block {
         let (others, speeds) = b.split_at_mut(first);
         let others = &mut others[..kept];
         for (tube, value) in speeds.iter().enumerate().filter(|(tube, _)| factors.inverse[*tube] != 0.0) {
-            add_scaled(others, -value, &self.row(first + tube)[..kept]);
+            add_scaled(others, -value, &self.own_row(first + tube)[..kept]);
         }
         let weak = factors.weak.iter().map(|&tube| speeds[tube]);
         let mut dense: Vec<f64> = others.iter().copied().chain(weak).collect();
@@ -424,10 +445,10 @@ impl Block {
     /// Subtracts from the right-hand sides of the station upstream and of the global equations what the station's own
     /// has to do with them.
     pub fn pass_on(&self, own: &[f64], upstream: &mut [f64], globals: &mut [f64; GLOBALS]) {
-        let (next, border) = (self.layout.next(), self.layout.border());
-        let with_rows = own.iter().zip(self.rows.chunks(self.layout.stride()));
+        let border = self.layout.border();
+        let with_rows = own.iter().zip(self.next.chunks(self.layout.next_stride()));
         for (value, row) in with_rows.filter(|(value, _)| **value != 0.0) {
-            add_scaled(upstream, -value, &row[next..next + upstream.len()]);
+            add_scaled(upstream, -value, &row[..upstream.len()]);
             add_scaled(globals, -value, &row[border..border + GLOBALS]);
         }
     }

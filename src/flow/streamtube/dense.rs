@@ -1,6 +1,6 @@
 //! Dense factors of the size of a station.
 
-use super::rows::{Combination, Multiples, padded};
+use super::rows::{Combination, LIST, Multiples, Substitution, padded};
 use crate::flow::linear::add_scaled;
 use std::ops::Range;
 
@@ -76,11 +76,15 @@ impl Dense {
             let (before, behind) = right.split_at_mut(other * stride);
             before[row * stride..][..stride].swap_with_slice(&mut behind[..stride]);
         }
-        for start in (0..self.done).step_by(TOGETHER) {
-            let end = (start + TOGETHER).min(self.done);
-            self.subtract(right, stride, start..end, 0..start);
-            for row in start + 1..end {
-                self.subtract(right, stride, row..row + 1, start..row);
+        if stride == LIST {
+            self.substitution(right, false).carry_out();
+        } else {
+            for start in (0..self.done).step_by(TOGETHER) {
+                let end = (start + TOGETHER).min(self.done);
+                self.subtract(right, stride, start..end, 0..start);
+                for row in start + 1..end {
+                    self.subtract(right, stride, row..row + 1, start..row);
+                }
             }
         }
         self.subtract(right, stride, self.done..self.size, 0..self.done);
@@ -95,6 +99,9 @@ impl Dense {
 
     /// Solves with the upper triangle.
     pub fn solve_upper(&self, right: &mut [f64], stride: usize) {
+        if stride == LIST {
+            return self.substitution(right, true).carry_out();
+        }
         let mut end = self.done;
         while end > 0 {
             let start = (end - 1) / TOGETHER * TOGETHER;
@@ -106,6 +113,11 @@ impl Dense {
             }
             end = start;
         }
+    }
+
+    /// The solution with one of the triangles for right-hand sides of a list of numbers in every row.
+    fn substitution<'a>(&'a self, right: &'a mut [f64], upper: bool) -> Substitution<'a> {
+        Substitution { right, matrix: &self.rows, stride: self.stride, count: self.done, upper }
     }
 
     /// Subtracts from rows of right-hand sides the rows at the places of `columns` times the numbers there. The latter

@@ -3,14 +3,12 @@
 //! A flow is carried over with its transition, which is kept until the flow stands, and let go from there. Where that leads
 //! to nothing, a grid in between does.
 
-use super::follow::NEAR;
 use super::limits::Limits;
 use super::newton::solve;
 use super::numbering::{STAGNATION, TRANSITION};
 use super::refine::carried_over;
 use super::settings::StreamtubeSettings;
 use super::solver::{Found, StreamtubeSection, StreamtubeSolver};
-use super::start::NEARLY;
 use crate::flow::condition::Condition;
 use crate::flow::layer::Side;
 
@@ -19,6 +17,10 @@ const COARSE: [usize; 2] = [60, 14];
 /// Largest number of steps of a flow that was carried over to another grid, and of those of which nothing comes. Most flows
 /// take two.
 const CARRIED: (usize, usize) = (12, 6);
+/// Residual at which a flow that was carried over with its transition stands well enough to let that go.
+const SETTLED: f64 = 0.1;
+/// Share of the way from the station of transition to the one nearest to it from which on stations are laid anew.
+const NEARER: f64 = 0.75;
 
 impl StreamtubeSection {
     /// Goes on from a flow on a coarser grid.
@@ -29,29 +31,30 @@ impl StreamtubeSection {
         let mut unknowns = carried_over(&coarse.problem, &coarse.unknowns, &problem, globals)?;
         // transition on the finer grid may be elsewhere; it is kept until the flow stands
         problem.fixed_transition = Some(TRANSITION.map(|g| globals[g]));
-        let limits = Limits { tolerance: NEARLY, ..self.carried() };
+        let limits = Limits { tolerance: SETTLED, ..self.carried() };
         let mut ended = solve(&problem, None, &mut unknowns, &limits);
         ended.steps += coarse.ended.steps;
         if ended.converged {
             ended = self.followed(condition, &mut problem, &mut unknowns, ended, true);
         }
-        let first = TRANSITION.map(|g| globals[g]);
-        Some(self.laid_closer(condition, Found { problem, unknowns, ended }, first))
+        Some(self.laid_closer(condition, Found { problem, unknowns, ended }))
     }
 
-    /// A flow on stations that are laid anew where transition has moved from where it was at first; the flow as it was where
-    /// that is not found.
-    fn laid_closer(&self, condition: &Condition, found: Found, first: [f64; 2]) -> Found {
+    /// A flow on stations that are laid anew where transition is nearer to another station than to its own; the flow as it was
+    /// where that is not found. How stations are laid then hardly depends on the way to the flow.
+    pub(super) fn laid_closer(&self, condition: &Condition, found: Found) -> Found {
         let globals = found.unknowns.globals;
+        let problem = self.problem(condition, self.turning_of(condition, &found.unknowns));
+        let [old, new] = [&found.problem, &problem].map(|problem| &problem.grid.stations);
         let far = |side: Side| {
             let k = side.index();
-            let (place, length) = (globals[TRANSITION[k]], side.length(globals[STAGNATION], self.curve.total()));
-            (place - first[k]).abs() > NEAR[0] * place.min(length - place)
+            let [own, other] = [old, new].map(|stations| stations.fractions[stations.turning[k]]);
+            let place = globals[TRANSITION[k]] / side.length(globals[STAGNATION], self.curve.total());
+            (place - own).abs() > NEARER * (other - own).abs() && other != own
         };
         if !found.ended.converged || !Side::BOTH.into_iter().any(far) {
             return found;
         }
-        let problem = self.problem(condition, self.turning_of(condition, &found.unknowns));
         let Some(mut unknowns) = carried_over(&found.problem, &found.unknowns, &problem, globals) else { return found };
         let mut ended = solve(&problem, None, &mut unknowns, &self.carried());
         ended.steps += found.ended.steps;

@@ -19,16 +19,24 @@ const FLOWS: usize = 16;
 const STEPS: (usize, usize) = (20, 6);
 /// Distances of transition from its wanted place from which on it is let go, one after the other, over its distance from
 /// the nearer end of the side. At a shock only the nearer one may do.
-pub(super) const NEAR: [f64; 2] = [0.08, 0.005];
-/// Number of Newton steps after which transition that was let go where it stood is held again, and of those of which nothing
-/// comes where it was let go far from its wanted place. Most flows take two to nine steps.
-const FAR: (usize, usize) = (12, 12);
+const NEAR: [f64; 2] = [0.08, 0.005];
+/// Number of steps of which nothing comes where transition was let go far from its wanted place.
+const FAR: usize = 12;
+/// Number of Newton steps after which transition that was let go where a flow on another grid has it is held again, number of
+/// those of which nothing comes, and growth of the residual. Most flows take two to five steps; others go astray with the first
+/// one.
+const BRIEF: (usize, usize, f64) = (12, 6, 8.0);
+/// Distances of transition from its wanted place between which it is moved there then. A wanted place that is farther away is
+/// not to be relied on.
+const NEARER: [f64; 2] = [0.02, 0.15];
 
 /// A way to get near the wanted place before transition is let go.
 #[derive(Debug, Clone, Copy)]
 enum Approach {
     /// Transition is let go where it stands.
     None,
+    /// Whole moves to within the first distance, as long as it is not farther than the second one.
+    Near([f64; 2]),
     /// Whole moves to within a distance, as long as they lead to flows.
     Bold(f64),
     /// Moves to within a distance, which are shortened where they lead to no flow.
@@ -38,7 +46,7 @@ enum Approach {
 /// The ways in which transition is approached from a guess.
 const FROM_A_GUESS: [Approach; 3] = [Approach::Bold(NEAR[0]), Approach::Careful(NEAR[0]), Approach::Careful(NEAR[1])];
 /// The ways in which transition is approached from where a flow on another grid has it.
-const FROM_A_FLOW: [Approach; 3] = [Approach::None, Approach::Careful(NEAR[0]), Approach::Careful(NEAR[1])];
+const FROM_A_FLOW: [Approach; 3] = [Approach::None, Approach::Near(NEARER), Approach::Careful(NEAR[1])];
 /// Largest ratio of the place of transition after and before a move, and of that from the edge.
 const MOVE: f64 = 1.5;
 /// Shares of a move that are tried one after the other.
@@ -83,6 +91,14 @@ pub(super) struct Following<'a> {
     pub settings: &'a StreamtubeSettings,
 }
 
+/// The flow with transition let go.
+fn released(problem: &Problem, unknowns: &Unknowns, limits: &Limits) -> (Problem, Unknowns, Ended) {
+    let released = Problem { fixed_transition: None, ..problem.clone() };
+    let mut state = unknowns.clone();
+    let ended = solve(&released, None, &mut state, limits);
+    (released, state, ended)
+}
+
 impl Following<'_> {
     /// Leads a flow with fixed transition to one with free transition; `known` says whether a flow on another grid has it
     /// there. Where free transition is not found, problem and unknowns hold the last flow with fixed transition.
@@ -93,12 +109,30 @@ impl Following<'_> {
         for approach in if known { FROM_A_FLOW } else { FROM_A_GUESS } {
             let arrived = match approach {
                 Approach::None => false,
-                Approach::Bold(near) => self.approach(problem, unknowns, &mut rules, near, &SHARES[..1], &mut steps),
-                Approach::Careful(near) => self.approach(problem, unknowns, &mut rules, near, &SHARES, &mut steps),
+                Approach::Near(range) => self.approach(problem, unknowns, &mut rules, range, &SHARES[..1], &mut steps),
+                Approach::Bold(near) => {
+                    self.approach(problem, unknowns, &mut rules, [near, f64::INFINITY], &SHARES[..1], &mut steps)
+                }
+                Approach::Careful(near) => {
+                    self.approach(problem, unknowns, &mut rules, [near, f64::INFINITY], &SHARES, &mut steps)
+                }
             };
-            let most = if matches!(approach, Approach::None) { FAR.0 } else { self.settings.iterations };
-            let patience = if arrived { PATIENCE } else { FAR.1 };
-            let (released, state, end) = self.released(problem, unknowns, most.min(self.settings.iterations), patience);
+            let most = self.settings.iterations;
+            let (steps_left, patience, growth) = match (approach, arrived) {
+                (Approach::None, _) => (BRIEF.0.min(most), BRIEF.1, BRIEF.2),
+                (_, true) => (most, PATIENCE, f64::INFINITY),
+                _ => (most, FAR, f64::INFINITY),
+            };
+            let limits = Limits {
+                steps: steps_left,
+                tolerance: self.settings.tolerance,
+                stride: 1.0,
+                hold: 0.5,
+                patience,
+                growth,
+                relaxed: true,
+            };
+            let (released, state, end) = released(problem, unknowns, &limits);
             steps += end.steps;
             ended = Ended { steps, ..end };
             if ended.converged {
@@ -114,13 +148,14 @@ impl Following<'_> {
     }
 
     /// Moves transition until it stands within the share `near` of the way to the nearer end of the side from its wanted
-    /// place, by whole moves or, where those lead to no flow, by shares of them. The result is whether it stands there.
+    /// place, by whole moves or, where those lead to no flow, by shares of them. Nothing is moved that stands farther away than
+    /// the share `far`. The result is whether it stands there.
     fn approach(
         &self,
         problem: &mut Problem,
         unknowns: &mut Unknowns,
         rules: &mut [Rule; 2],
-        near: f64,
+        [near, far]: [f64; 2],
         shares: &[f64],
         steps: &mut usize,
     ) -> bool {
@@ -131,9 +166,11 @@ impl Following<'_> {
             let lengths = Side::BOTH.map(|side| side.length(unknowns.globals[STAGNATION], self.total));
             let moves: [f64; 2] =
                 std::array::from_fn(|k| rules[k].next(now[k], self.wanted(problem, unknowns, Side::BOTH[k]) - now[k]));
-            let far = |k: usize| moves[k].abs() > near * now[k].min(lengths[k] - now[k]);
-            if !far(0) && !far(1) {
-                return true;
+            let away = |k: usize| moves[k].abs() / now[k].min(lengths[k] - now[k]);
+            let most = away(0).max(away(1));
+            // written so that NaN is not there
+            if most <= near || !(most <= far) {
+                return most <= near;
             }
             let moved = (largest..shares.len()).find_map(|number| {
                 let places = std::array::from_fn(|k| {
@@ -156,22 +193,6 @@ impl Following<'_> {
         false
     }
 
-    /// The flow with transition let go.
-    fn released(
-        &self,
-        problem: &Problem,
-        unknowns: &Unknowns,
-        steps: usize,
-        patience: usize,
-    ) -> (Problem, Unknowns, Ended) {
-        let released = Problem { fixed_transition: None, ..problem.clone() };
-        let mut state = unknowns.clone();
-        let tolerance = self.settings.tolerance;
-        let limits = Limits { steps, tolerance, stride: 1.0, hold: 0.5, patience, relaxed: true };
-        let ended = solve(&released, None, &mut state, &limits);
-        (released, state, ended)
-    }
-
     /// The flow with transition kept at other places, from one nearby.
     fn fixed(
         &self,
@@ -188,7 +209,8 @@ impl Following<'_> {
         }
         let mut state = carried_over(problem, unknowns, &next, from.globals)?;
         let (steps, patience) = STEPS;
-        let limits = Limits { steps, tolerance: NEARLY, stride: 1.0, hold: 0.5, patience, relaxed: true };
+        let limits =
+            Limits { steps, tolerance: NEARLY, stride: 1.0, hold: 0.5, patience, growth: f64::INFINITY, relaxed: true };
         let ended = solve(&next, None, &mut state, &limits);
         Some((next, state, ended))
     }

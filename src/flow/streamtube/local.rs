@@ -21,6 +21,9 @@ kept!(Lanes, 16);
 kept!(u32);
 kept!([u8; 2]);
 
+/// Largest number of results of a term.
+const RESULTS: usize = 5;
+
 /// Adds `factor` times numbers to other numbers.
 #[inline(always)]
 pub(super) fn add(sums: &mut Lanes, factor: f64, lanes: &Lanes) {
@@ -107,6 +110,12 @@ impl Slots {
     }
 }
 
+/// Passes over the terms of the equations and over those of the outputs.
+pub(super) struct Terms<E, O> {
+    pub equations: E,
+    pub outputs: O,
+}
+
 /// Derivatives of all terms.
 #[derive(Debug, Clone)]
 pub(super) struct Local {
@@ -119,6 +128,8 @@ pub(super) struct Local {
     rows: Recycled<u32>,
     /// Derivatives, result by result.
     values: Recycled<f64>,
+    /// Numbers of terms, inputs, rows and derivatives of the equations, behind which those of the outputs stand.
+    equations: [usize; 4],
 }
 
 impl Local {
@@ -131,13 +142,22 @@ impl Local {
             inputs: Recycled::with_capacity(20 * cells),
             rows: Recycled::with_capacity(4 * cells),
             values: Recycled::with_capacity(60 * cells),
+            equations: [0; 4],
         }
     }
 
-    /// The derivatives of the terms that `terms` hands on.
-    pub fn of(grid: &Grid, numbers: Numbers<f64>, flow: &Flow<f64>, terms: impl Fn(&mut Recording)) -> Self {
+    /// The derivatives of all terms.
+    pub fn of(
+        grid: &Grid,
+        numbers: Numbers<f64>,
+        flow: &Flow<f64>,
+        terms: Terms<impl Fn(&mut Recording), impl Fn(&mut Recording)>,
+    ) -> Self {
         let mut pass = Recording { numbers, flow, local: Self::new(grid) };
-        terms(&mut pass);
+        (terms.equations)(&mut pass);
+        let Self { sizes, inputs, rows, values, .. } = &pass.local;
+        pass.local.equations = [sizes.len(), inputs.len(), rows.len(), values.len()];
+        (terms.outputs)(&mut pass);
         pass.local
     }
 
@@ -155,33 +175,32 @@ impl Local {
 
     /// Sums of the derivatives with respect to every slot, with weights of the equations and outputs.
     pub fn weighed(&self, weights: &[Lanes]) -> Recycled<Lanes> {
-        self.weighed_from(0, weights)
+        self.weighed_from([0; 4], weights)
     }
 
     /// Sums of the derivatives of the outputs with respect to every slot.
     pub fn weighed_outputs(&self) -> Recycled<Lanes> {
-        self.weighed_from(self.slots.unknowns(), &self.output_weights())
+        self.weighed_from(self.equations, &self.output_weights())
     }
 
-    /// Sums over the terms that add to equations or outputs from one on.
-    fn weighed_from(&self, first: usize, weights: &[Lanes]) -> Recycled<Lanes> {
+    /// Sums over the terms behind a number of terms, inputs, rows and derivatives.
+    fn weighed_from(&self, [terms, inputs, rows, values]: [usize; 4], weights: &[Lanes]) -> Recycled<Lanes> {
         let mut sums = Recycled::of([0.0; OUTPUTS], self.slots.total + 1);
-        let (mut inputs, mut rows, mut values) = (&self.inputs[..], &self.rows[..], &self.values[..]);
-        for &[own_inputs, own_rows] in self.sizes.iter() {
+        let (mut inputs, mut rows, mut values) = (&self.inputs[inputs..], &self.rows[rows..], &self.values[values..]);
+        for &[own_inputs, own_rows] in &self.sizes[terms..] {
             let (own, targets, by);
             (own, inputs) = inputs.split_at(own_inputs.into());
             (targets, rows) = rows.split_at(own_rows.into());
             (by, values) = values.split_at(own.len() * targets.len());
-            if first > 0 && targets.iter().all(|row| (*row as usize) < first) {
-                continue;
-            }
-            for (k, slot) in own.iter().enumerate() {
-                let sum = &mut sums[*slot as usize];
-                let mut lanes = *sum;
-                for (row, by) in targets.iter().zip(by.chunks_exact(own.len())) {
-                    add(&mut lanes, by[k], &weights[*row as usize]);
-                }
-                *sum = lanes;
+            let mut of_rows = [[0.0; OUTPUTS]; RESULTS];
+            targets.iter().zip(&mut of_rows).for_each(|(row, lanes)| *lanes = weights[*row as usize]);
+            match targets.len() {
+                0 => {}
+                1 => scatter::<1>(&mut sums, own, by, &of_rows),
+                2 => scatter::<2>(&mut sums, own, by, &of_rows),
+                3 => scatter::<3>(&mut sums, own, by, &of_rows),
+                4 => scatter::<4>(&mut sums, own, by, &of_rows),
+                _ => scatter::<RESULTS>(&mut sums, own, by, &of_rows),
             }
         }
         sums
@@ -234,6 +253,20 @@ impl Local {
             add(&mut by[slots.globals + g], 1.0, place);
         }
         by
+    }
+}
+
+/// Adds the derivatives of the `N` results of a term with respect to its inputs, weighed, to the sums of the inputs.
+#[inline(always)]
+fn scatter<const N: usize>(sums: &mut [Lanes], inputs: &[u32], by: &[f64], weights: &[Lanes; RESULTS]) {
+    let by: [&[f64]; N] = std::array::from_fn(|row| &by[row * inputs.len()..][..inputs.len()]);
+    for (k, slot) in inputs.iter().enumerate() {
+        let sum = &mut sums[*slot as usize];
+        let mut lanes = *sum;
+        for (by, weights) in by.iter().zip(weights) {
+            add(&mut lanes, by[k], weights);
+        }
+        *sum = lanes;
     }
 }
 

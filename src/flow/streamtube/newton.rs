@@ -33,13 +33,13 @@ struct Progress {
 }
 
 impl Progress {
-    /// Whether nothing has come of more steps than are borne with.
-    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns, patience: usize) -> bool {
+    /// Whether nothing has come of more steps than are borne with, or worse than that.
+    fn is_over(&mut self, step: usize, gone: f64, residual: f64, unknowns: &Unknowns, limits: &Limits) -> bool {
         let (fall, advance) = PROGRESS;
         if gone > self.gone + advance || residual < fall * self.residual {
             *self = Self { step, gone, residual, state: Some(unknowns.clone()) };
         }
-        step - self.step > patience
+        step - self.step > limits.patience || residual > limits.growth * self.residual
     }
 
     /// The end of an iteration that failed after some steps. The unknowns are left where it came nearer to its end for the
@@ -237,7 +237,7 @@ fn go(mut way: Way, unknowns: &mut Unknowns, limits: &Limits) -> Ended {
             kept::keep(&base, at);
             return Ended::converged(steps, residual, base);
         }
-        if progress.is_over(steps, way.gone, residual, unknowns, limits.patience) {
+        if progress.is_over(steps, way.gone, residual, unknowns, limits) {
             return progress.failed(steps, unknowns);
         }
         let advance = way.gone < 1.0 && residual < limits.hold;

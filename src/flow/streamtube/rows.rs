@@ -128,6 +128,154 @@ impl WithSimd for Combination<'_> {
     }
 }
 
+/// Length of a list of right-hand sides that is solved with for itself.
+pub(super) const LIST: usize = PAD;
+
+/// Solves with a triangle of a matrix for lists of [`LIST`] right-hand sides, one list for each row. The diagonal of the
+/// lower triangle is one.
+pub(super) struct Substitution<'a> {
+    pub right: &'a mut [f64],
+    pub matrix: &'a [f64],
+    /// Length of a row of the matrix.
+    pub stride: usize,
+    /// Number of rows of the triangle.
+    pub count: usize,
+    pub upper: bool,
+}
+
+impl Substitution<'_> {
+    pub fn carry_out(self) {
+        Arch::new().dispatch(self);
+    }
+
+    /// Goes over `N` rows from `first` on, whose lists are `V` vectors long. The other rows that they know of are done.
+    #[inline(always)]
+    fn rows<S: Simd, const N: usize, const V: usize>(&mut self, simd: S, first: usize) {
+        let list = |right: &[f64], row: usize| -> [S::f64s; V] {
+            let vectors = S::as_simd_f64s(&right[row * LIST..][..LIST]).0;
+            std::array::from_fn(|v| vectors[v])
+        };
+        let done = if self.upper { first + N..self.count } else { 0..first };
+        let row = |r: usize| &self.matrix[(first + r) * self.stride..];
+        let factors: [&[f64]; N] = std::array::from_fn(|r| &row(r)[done.start..][..done.len()]);
+        let own: [[f64; N]; N] = std::array::from_fn(|r| std::array::from_fn(|k| row(r)[first + k]));
+        let known = &self.right[done.start * LIST..][..done.len() * LIST];
+        let mut sums = [[simd.splat_f64s(0.0); V]; N];
+        for k in 0..done.len() {
+            let known = list(known, k);
+            for r in 0..N {
+                let factor = simd.splat_f64s(factors[r][k]);
+                for v in 0..V {
+                    sums[r][v] = simd.mul_add_e_f64s(factor, known[v], sums[r][v]);
+                }
+            }
+        }
+        for r in 0..N {
+            let before = list(self.right, first + r);
+            for v in 0..V {
+                sums[r][v] = simd.sub_f64s(before[v], sums[r][v]);
+            }
+        }
+        for place in 0..N {
+            let k = if self.upper { N - 1 - place } else { place };
+            if self.upper {
+                let inverse = simd.splat_f64s(own[k][k].recip());
+                sums[k] = sums[k].map(|value| simd.mul_f64s(inverse, value));
+            }
+            let known = sums[k];
+            for r in if self.upper { 0..k } else { k + 1..N } {
+                let factor = simd.splat_f64s(-own[r][k]);
+                for v in 0..V {
+                    sums[r][v] = simd.mul_add_e_f64s(factor, known[v], sums[r][v]);
+                }
+            }
+        }
+        for r in 0..N {
+            let after = &mut self.right[(first + r) * LIST..][..LIST];
+            S::as_mut_simd_f64s(after).0.copy_from_slice(&sums[r]);
+        }
+    }
+
+    #[inline(always)]
+    fn all<S: Simd, const N: usize, const V: usize>(&mut self, simd: S) {
+        // rows that are alone wait for each other; they stand where they know of few others
+        let alone = self.count % N;
+        if self.upper {
+            let whole = self.count - alone;
+            for row in (whole..self.count).rev() {
+                self.rows::<S, 1, V>(simd, row);
+            }
+            for first in (0..whole).step_by(N).rev() {
+                self.rows::<S, N, V>(simd, first);
+            }
+        } else {
+            for row in 0..alone {
+                self.rows::<S, 1, V>(simd, row);
+            }
+            for first in (alone..self.count).step_by(N) {
+                self.rows::<S, N, V>(simd, first);
+            }
+        }
+    }
+}
+
+impl WithSimd for Substitution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        // as many sums as the registers hold
+        match LIST / S::F64_LANES {
+            1 => self.all::<S, 8, 1>(simd),
+            2 => self.all::<S, 4, 2>(simd),
+            4 => self.all::<S, 2, 4>(simd),
+            _ => self.all::<S, 1, LIST>(simd),
+        }
+    }
+}
+
+/// Scalar products of all columns of one matrix with all columns of another. Both have [`LIST`] columns.
+pub(super) struct Products<'a>(pub &'a [f64], pub &'a [f64]);
+
+impl Products<'_> {
+    pub fn sums(self) -> [[f64; LIST]; LIST] {
+        Arch::new().dispatch(self)
+    }
+
+    #[inline(always)]
+    fn with_vectors<S: Simd, const V: usize>(self, simd: S) -> [[f64; LIST]; LIST] {
+        let mut sums = [[simd.splat_f64s(0.0); V]; LIST];
+        for (one, other) in self.0.chunks_exact(LIST).zip(self.1.chunks_exact(LIST)) {
+            let vectors = S::as_simd_f64s(other).0;
+            for (sums, value) in sums.iter_mut().zip(one) {
+                let factor = simd.splat_f64s(*value);
+                for v in 0..V {
+                    sums[v] = simd.mul_add_e_f64s(factor, vectors[v], sums[v]);
+                }
+            }
+        }
+        let mut table = [[0.0; LIST]; LIST];
+        for (row, sums) in table.iter_mut().zip(&sums) {
+            S::as_mut_simd_f64s(row).0.copy_from_slice(sums);
+        }
+        table
+    }
+}
+
+impl WithSimd for Products<'_> {
+    type Output = [[f64; LIST]; LIST];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        match LIST / S::F64_LANES {
+            1 => self.with_vectors::<S, 1>(simd),
+            2 => self.with_vectors::<S, 2>(simd),
+            4 => self.with_vectors::<S, 4>(simd),
+            _ => self.with_vectors::<S, LIST>(simd),
+        }
+    }
+}
+
 /// A number of a matrix with few of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {

@@ -1,7 +1,7 @@
 //! The section as a curve over the index of its nodes, in any kind of number.
 
 use crate::flow::layer::Side;
-use crate::flow::surface::spline::{IndexSpline, combine, invert};
+use crate::flow::surface::spline::{IndexSpline, Weights, combine, invert, weigh};
 use crate::plane::distance;
 use crate::scalar::Scalar;
 use num_dual::Dual;
@@ -10,7 +10,8 @@ use num_dual::Dual;
 const REACH: f64 = 2.0;
 
 /// The section as a cubic spline over the index of its nodes, from the trailing edge over the upper surface to the nose
-/// and back. Coordinates are those of the chord line.
+/// and back. Coordinates are those of the chord line. What is read off the curve has the value and the first derivatives of the
+/// scalar.
 #[derive(Debug, Clone)]
 pub(super) struct SectionCurve<S> {
     spline: IndexSpline,
@@ -20,6 +21,8 @@ pub(super) struct SectionCurve<S> {
     arc: Vec<S>,
     /// Real parts of those.
     real_arc: Vec<f64>,
+    /// Arc lengths of the nodes.
+    places: Vec<f64>,
     total: S,
     last: f64,
     /// Node index of the nose, where the surface is upright.
@@ -49,8 +52,9 @@ impl<S: Scalar> SectionCurve<S> {
             if slope(middle) < 0.0 { low = middle } else { high = middle }
         }
         let total = arcs[n - 1];
+        let places = arcs.iter().map(|arc| arc.re()).collect();
         let nose = 0.5 * (low + high);
-        rises.then_some(Self { spline, x, y, arc, real_arc, total, last: (n - 1) as f64, nose })
+        rises.then_some(Self { spline, x, y, arc, real_arc, places, total, last: (n - 1) as f64, nose })
     }
 
     /// Length of the polygon through all nodes, in chords.
@@ -68,43 +72,56 @@ impl<S: Scalar> SectionCurve<S> {
 
     /// Node index at an arc length from the first node.
     pub fn index(&self, s: S) -> S {
-        let t = invert(&self.spline, &self.real_arc, s.re(), 0.0, self.last, 1.0);
+        let above = self.places.partition_point(|place| *place < s.re()).clamp(1, self.places.len() - 1);
+        let t = invert(&self.spline, &self.real_arc, s.re(), (above - 1) as f64, above as f64, 1.0);
         let rate = combine(&self.spline.slope_weights(t), &self.real_arc);
         // Newton's step in the number carries the first derivatives
-        let miss = combine(&self.spline.weights(S::from(t)), &self.arc) - s;
+        let miss = weigh(&self.spline.weights(t), &self.arc) - s;
         (miss - miss.re()) / -rate + t
+    }
+
+    /// The sum of coefficients with real weights for a node index, of which the derivative has the weights `slopes`.
+    fn along(coefficients: &[S], weights: &Weights<f64>, slopes: &Weights<f64>, t: S) -> S {
+        let (first, slopes) = slopes;
+        let slope = (0..4).map(|q| slopes[q] * coefficients[first + q].re()).sum::<f64>();
+        weigh(weights, coefficients) + (t - t.re()) * slope
+    }
+
+    /// Values of lists of coefficients at a node index.
+    fn values<const N: usize>(&self, coefficients: [&[S]; N], t: S) -> [S; N] {
+        let (weights, slopes) = (self.spline.weights(t.re()), self.spline.slope_weights(t.re()));
+        coefficients.map(|c| Self::along(c, &weights, &slopes, t))
     }
 
     /// Arc length from the first node at a node index.
     pub fn arc_length(&self, t: S) -> S {
-        combine(&self.spline.weights(t), &self.arc)
+        let [length] = self.values([&self.arc], t);
+        length
     }
 
     /// The point at a node index.
     pub fn point(&self, t: S) -> [S; 2] {
-        let weights = self.spline.weights(t);
-        [combine(&weights, &self.x), combine(&weights, &self.y)]
+        self.values([&self.x, &self.y], t)
     }
 
     /// Derivative of the point with respect to the node index.
     pub fn tangent(&self, t: S) -> [S; 2] {
-        let weights = self.spline.slope_weights(t);
-        [combine(&weights, &self.x), combine(&weights, &self.y)]
+        let (weights, bends) = (self.spline.slope_weights(t.re()), self.bend_weights(t.re()));
+        [&self.x, &self.y].map(|c| Self::along(c, &weights, &bends, t))
     }
 
     /// Node index of the nose, where the surface is upright.
     pub fn nose(&self) -> S {
         let t = S::from(self.nose);
         let slope = self.tangent(t)[0];
-        let bend = self.bend(t)[0].re();
+        let bend = weigh(&self.bend_weights(self.nose), &self.x).re();
         (slope - slope.re()) / -bend + self.nose
     }
 
-    /// Second derivative of the point with respect to the node index.
-    fn bend(&self, t: S) -> [S; 2] {
-        let (cell, weights) = self.spline.slope_weights(Dual::new(t, S::from(1.0)));
-        let weights = (cell, weights.map(|w| w.eps));
-        [combine(&weights, &self.x), combine(&weights, &self.y)]
+    /// Weights of the coefficients for the second derivative at a node index.
+    fn bend_weights(&self, t: f64) -> Weights<f64> {
+        let (cell, weights) = self.spline.slope_weights(Dual::new(t, 1.0));
+        (cell, weights.map(|w| w.eps))
     }
 
     /// The side of the nose on which a node index lies.
@@ -133,7 +150,7 @@ impl<S: Scalar> SectionCurve<S> {
             Side::Lower => invert(&self.spline, &real, x, self.nose, self.last, 1.0),
         };
         let rate = combine(&self.spline.slope_weights(t), &real);
-        let miss = combine(&self.spline.weights(S::from(t)), &self.x);
+        let miss = weigh(&self.spline.weights(t), &self.x);
         (miss - miss.re()) / -rate + t
     }
 }

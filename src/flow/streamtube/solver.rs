@@ -129,6 +129,18 @@ pub(super) struct StreamtubeSection {
 
 impl FlowSection for StreamtubeSection {
     fn analyze(&self, condition: &Condition, warm: Option<&Solution>) -> Result<Solution, FlowError> {
+        self.check(condition)?;
+        Ok(self.solution(condition, warm, false))
+    }
+
+    fn analyze_next(&self, condition: &Condition, last: Option<&Solution>) -> Result<Solution, FlowError> {
+        self.check(condition)?;
+        Ok(self.solution(condition, last, true))
+    }
+}
+
+impl StreamtubeSection {
+    fn check(&self, condition: &Condition) -> Result<(), FlowError> {
         self.solver.check(condition)?;
         if let Incidence::Alpha(alpha) = condition.incidence {
             let degrees = self.panels.nodes.frame.incidence(alpha).to_degrees();
@@ -138,7 +150,7 @@ impl FlowSection for StreamtubeSection {
                 return Err(FlowError::Condition { name, value, allowed: "from -15 to 15" });
             }
         }
-        Ok(self.solution(condition, warm))
+        Ok(())
     }
 }
 
@@ -150,13 +162,16 @@ pub(super) struct Found {
 }
 
 impl StreamtubeSection {
-    fn solution(&self, condition: &Condition, warm: Option<&Solution>) -> Solution {
+    /// The flow at an operating point, from a neighbouring one where there is one; `lay_anew` says whether its stations may be
+    /// others than those of the neighbour.
+    fn solution(&self, condition: &Condition, warm: Option<&Solution>, lay_anew: bool) -> Solution {
         let mut attempts = Vec::new();
         let record = warm.and_then(|solution| {
             let record: &dyn Any = &*solution.record;
             record.downcast_ref::<StreamtubeRecord>().filter(|_| solution.is_solved())
         });
         let near = record.and_then(|record| self.continued(condition, record, &mut attempts));
+        let near = near.map(|found| if lay_anew { self.laid_closer(condition, found) } else { found });
         let found = near.unwrap_or_else(|| self.climbed(condition, &mut attempts));
         let Found { problem, unknowns, ended } = found;
         let mut record = StreamtubeRecord::new(problem, unknowns, self.panels.nodes.clone());
@@ -272,7 +287,10 @@ impl StreamtubeSection {
     /// and carried over; that is quicker, and leads to flows that are not found on a fine grid from nothing.
     fn climbed(&self, condition: &Condition, attempts: &mut Vec<Attempt>) -> Found {
         let slow = self.slow(condition);
-        let Some(coarse) = self.on_a_coarser_grid() else { return self.started(condition, slow.as_ref(), attempts) };
+        let Some(coarse) = self.on_a_coarser_grid() else {
+            let found = self.started(condition, slow.as_ref(), attempts);
+            return self.laid_closer(condition, found);
+        };
         let on_coarse = coarse.started(condition, slow.as_ref(), attempts);
         let retry = self.solver.settings.retry;
         let known = on_coarse.ended.converged;
@@ -434,6 +452,7 @@ impl StreamtubeSection {
             stride: 1.0,
             hold: 0.5,
             patience: PATIENCE,
+            growth: f64::INFINITY,
             relaxed: true,
         }
     }

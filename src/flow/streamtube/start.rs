@@ -70,6 +70,7 @@ pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSetti
         stride: 1.0,
         hold: 0.5,
         patience: guess.patience,
+        growth: f64::INFINITY,
         relaxed: guess.relaxed,
     };
     let lifted = problem.held == Held::Lift;

@@ -74,6 +74,22 @@ fn free_transition_is_found_where_amplification_is_critical() {
     }
 }
 
+#[test]
+fn the_next_point_of_a_sweep_is_that_from_nothing() {
+    let (nodes, edge) = section("naca2412:sharp");
+    let condition = |lift: f64| Condition { mach: 0.7, ..Condition::new(Incidence::Lift(lift), 6e6) };
+    let section = StreamtubeSolver { settings: SMALL }.section(&nodes, edge).unwrap();
+    let alone = section.analyze(&condition(0.5), None).unwrap();
+    let before = section.analyze(&condition(0.3), None).unwrap();
+    let next = section.analyze_next(&condition(0.5), Some(&before)).unwrap();
+    assert!(alone.is_reliable() && next.is_reliable(), "{} {}", alone.status, next.status);
+    // transition has moved over several stations
+    let turning = [&alone, &before, &next].map(|solution| record(solution).problem.grid.stations.turning);
+    assert!(turning[0] != turning[1] && turning[0] == turning[2], "{turning:?}");
+    let [a, b] = [&alone, &next].map(|solution| solution.coefficients);
+    assert!((a.cd / b.cd - 1.0).abs() < 1e-8 && (a.cm / b.cm - 1.0).abs() < 1e-8, "{a:?} {b:?}");
+}
+
 /// A section with the thickness added evenly to a base of some height at the trailing edge.
 fn blunt(name: &str, height: f64) -> Vec<[f64; 2]> {
     let (mut nodes, _) = section(name);

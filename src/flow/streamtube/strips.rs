@@ -89,24 +89,26 @@ pub(super) fn put_strips(
     let equations = from.kept + behind.taken;
     let factors = |first: usize| Multiples::Apart(others.behind(first).rows, others.stride, equations);
     let (first, size) = (layout.tube(0), layout.size());
+    let ([own_reach, reach], fast) = (&behind.reaches, behind.fast());
     let tubes = source.behind(from.tube(0));
     own.part(0..layout.kept).combine(factors(0), source);
-    if behind.reaches[0] {
-        own.part(first..size).combine(factors(from.far_rows()), source);
+    if !own_reach.is_empty() {
+        let tubes = first + own_reach.start..first + own_reach.end;
+        own.part(tubes).combine(factors(from.far_rows() + own_reach.start), source);
     }
     own.part(0..layout.kept).combine_few(&behind.factors.upstream[0], tubes);
     own.part(first..size).combine_each(&behind.speeds[0], tubes);
     let (globals, far) = (layout.globals(), layout.far_rows());
-    let two = far..far + layout.far[0];
     lower.part(0..globals).combine_few(&behind.factors.upstream[1], tubes);
     lower.part(globals..far).combine(factors(from.globals()), source);
     lower.part(globals..far).combine(Multiples::Apart(&behind.by_globals, from.tubes, from.tubes), tubes);
-    if behind.reaches[1] {
-        lower.part(two.clone()).combine(factors(from.far_rows() + from.far[0]), source);
+    if !reach.is_empty() {
+        let rows = far + reach.start..far + reach.end;
+        lower.part(rows).combine(factors(from.far_rows() + from.far[0] + reach.start), source);
     }
-    if behind.is_fast() {
-        lower.part(two.clone()).combine_each(&behind.speeds[1], tubes);
-        lower.part(two.end..two.end + layout.far[1]).combine_each(&behind.speeds[2], tubes);
+    for (k, first) in [far, far + layout.far[0]].into_iter().enumerate().filter(|(k, _)| layout.far[*k] > 0) {
+        let rows = lower.part(first + fast.start..first + fast.end);
+        rows.combine_each(&behind.speeds[k + 1][fast.clone()], tubes.behind(fast.start));
     }
 }
 
@@ -116,15 +118,13 @@ fn carry(behind: &Block, layout: Layout, [own, lower]: [&mut Strip; 2], known: S
     for row in 0..layout.kept {
         add_scaled(own.row(row), 1.0, known.row(row, width));
     }
-    for tube in 0..layout.tubes {
+    for tube in behind.reaches[0].clone() {
         add_scaled(own.row(layout.tube(tube)), 1.0, known.row(from.far_rows() + tube, width));
     }
     for g in 0..GLOBALS {
         lower.row(layout.globals() + g).copy_from_slice(known.row(from.globals() + g, width));
     }
-    if behind.reaches[1] {
-        for tube in 0..layout.far[0] {
-            lower.row(layout.far_rows() + tube).copy_from_slice(known.row(from.far_rows() + from.far[0] + tube, width));
-        }
+    for tube in behind.reaches[1].clone() {
+        lower.row(layout.far_rows() + tube).copy_from_slice(known.row(from.far_rows() + from.far[0] + tube, width));
     }
 }

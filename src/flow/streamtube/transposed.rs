@@ -10,14 +10,14 @@ use super::local::{Lanes, Local, Slots, add};
 use super::moves::Moves;
 use super::numbering::GLOBALS;
 use super::outputs::OUTPUTS;
-use super::rows::{Combination, Multiples, padded};
+use super::rows::{Combination, LIST, Multiples, Products};
 use super::strips::{Source, Strip, put_strips};
 use crate::flow::linear::{Factors, add_scaled};
 use crate::flow::memory::Recycled;
 use nalgebra::DMatrix;
 
 // lists of one number for every output are as wide as the products of matrices take them
-const _: () = assert!(OUTPUTS == padded(OUTPUTS));
+const _: () = assert!(OUTPUTS == LIST);
 
 /// Residual of multipliers that is aimed at, and the largest one, over that of none.
 const TOLERANCE: [f64; 2] = [1e-10, 1e-9];
@@ -106,9 +106,9 @@ fn is_small(residual: &[Lanes], norms: &Lanes, tolerance: f64) -> bool {
 impl Corrections {
     /// Adds the shares to the weights that leave as little as they can of the residual, which becomes what they leave.
     fn apply(&self, residual: &mut [Lanes], weights: &mut [Lanes]) {
-        let shares = table(&self.effects, residual).map(|lanes| lanes.map(|s| -s));
-        combine(residual, &shares, &self.effects);
-        combine(weights, &shares, &self.changes);
+        let shares = table(&self.effects, residual);
+        subtract_shares(residual, &shares, &self.effects);
+        subtract_shares(weights, &shares, &self.changes);
     }
 
     /// Makes the effects of unit length and upright on each other and on those of other corrections. A lane that adds nothing
@@ -116,9 +116,9 @@ impl Corrections {
     /// some of what the corrections could do.
     fn orthogonalise(&mut self, others: &[Self]) {
         for other in others {
-            let shares = table(&other.effects, &self.effects).map(|lanes| lanes.map(|s| -s));
-            combine(&mut self.effects, &shares, &other.effects);
-            combine(&mut self.changes, &shares, &other.changes);
+            let shares = table(&other.effects, &self.effects);
+            subtract_shares(&mut self.effects, &shares, &other.effects);
+            subtract_shares(&mut self.changes, &shares, &other.changes);
         }
         let shares = upright(&table(&self.effects, &self.effects));
         replace(&mut self.effects, &shares);
@@ -152,11 +152,7 @@ fn upright(products: &Table) -> Table {
 
 /// Scalar products of all lanes of one list with all lanes of another.
 fn table(one: &[Lanes], other: &[Lanes]) -> Table {
-    let mut sums = [[0.0; OUTPUTS]; OUTPUTS];
-    for (one, other) in one.iter().zip(other) {
-        sums.iter_mut().zip(one).for_each(|(sums, a)| add(sums, *a, other));
-    }
-    sums
+    Products(one.as_flattened(), other.as_flattened()).sums()
 }
 
 /// Scalar products of lists, lane by lane.
@@ -170,13 +166,10 @@ fn products(one: &[Lanes], other: &[Lanes]) -> Lanes {
     sums
 }
 
-/// Adds shares of all lanes of a list to every lane.
-fn combine(sums: &mut [Lanes], shares: &Table, list: &[Lanes]) {
-    for (sum, list) in sums.iter_mut().zip(list) {
-        let mut lanes = *sum;
-        list.iter().zip(shares).for_each(|(value, shares)| add(&mut lanes, *value, shares));
-        *sum = lanes;
-    }
+/// Subtracts shares of all lanes of a list from every lane.
+fn subtract_shares(lanes: &mut [Lanes], shares: &Table, list: &[Lanes]) {
+    let factors = Multiples::Apart(list.as_flattened(), OUTPUTS, OUTPUTS);
+    subtract(lanes.as_flattened_mut(), factors, shares.as_flattened());
 }
 
 /// Puts shares of all lanes in the place of every lane.
@@ -215,10 +208,10 @@ impl Band {
         for (i, block) in self.blocks.iter().enumerate() {
             let layout = block.layout;
             let (before, own) = stations.split_at_mut(i);
-            let of = |column: usize, count: usize| Multiples::Apart(&block.rows[column..], layout.stride(), count);
+            let of = |column: usize, count: usize| Multiples::Apart(&block.next[column..], layout.next_stride(), count);
             subtract(&mut own[0], of(layout.border(), GLOBALS), &felt);
             if let Some(before) = before.last() {
-                subtract(&mut own[0], of(layout.next(), layout.ahead + block.put_off()), before);
+                subtract(&mut own[0], of(0, layout.ahead + block.put_off()), before);
             }
         }
         self.by_stations(&stations, &globals, slots, multipliers);

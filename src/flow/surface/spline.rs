@@ -136,6 +136,14 @@ pub(crate) fn combine<S: Scalar>(weights: &Weights<S>, coefficients: &[S]) -> S 
         + w[3] * coefficients[first + 3]
 }
 
+/// The sum of four coefficients with real weights.
+pub(crate) fn weigh<S: Scalar>((first, w): &Weights<f64>, coefficients: &[S]) -> S {
+    coefficients[*first] * w[0]
+        + coefficients[first + 1] * w[1]
+        + coefficients[first + 2] * w[2]
+        + coefficients[first + 3] * w[3]
+}
+
 /// The weighted sum of four real coefficients.
 pub(crate) fn combine_real<S: Scalar>(weights: &Weights<S>, coefficients: &[f64]) -> S {
     let (first, w) = weights;
