@@ -338,8 +338,11 @@ impl FlowAnalysis {
         let one = |&index: &usize| -> Result<Solution, DesignError> {
             let point = &self.points[index];
             let near = self.start.as_ref().and_then(|flows| flows.solutions[index].as_ref().ok());
-            let start = near.or_else(|| home?.get(index)?.as_ref());
-            let solution = section.analyze(&point.at(angles), start)?;
+            let condition = point.at(angles);
+            let solution = match near.or_else(|| home?.get(index)?.as_ref()) {
+                Some(near) => section.analyze_trial(&condition, near)?,
+                None => section.analyze(&condition, None)?,
+            };
             if solution.is_reliable() {
                 return Ok(solution);
             }

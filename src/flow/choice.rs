@@ -152,6 +152,14 @@ impl FlowSection for AutomaticSection {
         }
     }
 
+    fn analyze_trial(&self, condition: &Condition, near: &Solution) -> Result<Solution, FlowError> {
+        if needs_streamtubes(&self.panels, condition) {
+            self.streamtube.analyze_trial(condition, near)
+        } else {
+            self.panels.analyze(condition, &self.panel.settings, Some(near))
+        }
+    }
+
     fn analyze_next(&self, condition: &Condition, last: Option<&Solution>) -> Result<Solution, FlowError> {
         if needs_streamtubes(&self.panels, condition) {
             self.streamtube.analyze_next(condition, last)

@@ -45,6 +45,17 @@ pub trait FlowSection: Debug + Send + Sync {
     /// so.
     fn analyze(&self, condition: &Condition, warm: Option<&Solution>) -> Result<Solution, FlowError>;
 
+    /// Solves the flow about a trial shape of a design, starting from the one about a neighbouring shape.
+    ///
+    /// A flow to which that does not lead is given up sooner than by [`analyze`](Self::analyze): a design that takes a
+    /// shorter step is quicker than a long search, which seldom finds one.
+    ///
+    /// # Errors
+    /// As [`analyze`](Self::analyze).
+    fn analyze_trial(&self, condition: &Condition, near: &Solution) -> Result<Solution, FlowError> {
+        self.analyze(condition, Some(near))
+    }
+
     /// Solves the flow at the next operating point of a sweep, starting from the one at the last point.
     ///
     /// While a shape is changed step by step, a grid has to stay what it was. In a sweep it need not, and the result should be
