@@ -52,7 +52,7 @@ struct Start {
     early: f64,
 }
 
-/// What a flow is sought for.
+/// The use for which a flow is sought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     /// A shape at an operating point; stations stay those of a neighbour, where there is one.
