@@ -4,7 +4,10 @@ use super::document::Document;
 use super::error::CaseError;
 use super::schema::{Alpha, CaseTable, FlowTable, FlowTables, FreeAlpha, OneOrMore};
 use crate::design::{Bounds, DesignError, FlowAnalysis, OperatingPoint, Variable, VariableKind};
-use crate::flow::{Condition, FlowError, FlowSolver, Incidence, PanelSolver, Settings, SolverChoice, panel_parameters};
+use crate::flow::{
+    Condition, FlowError, FlowSolver, Incidence, PanelSolver, STATIONS_PER_SIDE, Settings, SolverChoice,
+    panel_parameters,
+};
 use crate::section::Section;
 use std::ops::RangeInclusive;
 
@@ -18,10 +21,6 @@ const TOLERANCE: f64 = 1e-12;
 const ANGLE_STEP: f64 = 1.0;
 /// Fewest and most panels; the panel equations are dense.
 const PANEL_RANGE: RangeInclusive<usize> = 40..=1000;
-/// Boundary-layer stations on each side where nothing is said.
-const STATIONS: usize = 128;
-/// Fewest and most stations on each side; the equations that are left of them are dense.
-const STATION_RANGE: RangeInclusive<usize> = 32..=1000;
 
 /// The operating points of a case, and the angles of attack among them that are design variables.
 #[derive(Debug, Clone, Default)]
@@ -118,7 +117,9 @@ pub(super) fn flow_analysis(
 ) -> Result<Option<FlowAnalysis>, CaseError> {
     let Some(FlowTables(tables)) = &table.flow else { return Ok(None) };
     let panels = shared_count(document, tables.iter().map(|t| t.panels), ("panels", PANELS, PANEL_RANGE))?;
-    let stations = shared_count(document, tables.iter().map(|t| t.stations), ("stations", STATIONS, STATION_RANGE))?;
+    let settings = panel_solver().settings;
+    let usual = ("stations", settings.stations_per_side(), STATIONS_PER_SIDE);
+    let stations = shared_count(document, tables.iter().map(|t| t.stations), usual)?;
     let choice = solver_choice(document, tables)?;
     let conditions: Vec<Condition> = points.iter().map(|point| point.condition).collect();
     let nodes: Vec<[f64; 2]> =
@@ -126,7 +127,7 @@ pub(super) fn flow_analysis(
     let settled = choice
         .settle(&nodes, section.trailing_edge(), &conditions)
         .map_err(|error| document.error(&["flow"], error.to_string()))?;
-    let solver = settled.solver(panel_solver().settings.with_stations(stations));
+    let solver = settled.solver(settings.with_stations(stations));
     for condition in &conditions {
         check(document, condition, &*solver, &["flow"])?;
     }

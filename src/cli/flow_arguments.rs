@@ -2,7 +2,9 @@
 
 use super::failure::Failure;
 use super::shape_arguments::ShapeArguments;
-use crate::flow::{Condition, FlowSection, Incidence, PanelledSection, Settings, SolverChoice, panel_parameters};
+use crate::flow::{
+    Condition, FlowSection, Incidence, PanelledSection, STATIONS_PER_SIDE, Settings, SolverChoice, panel_parameters,
+};
 use crate::report::json::repairs;
 
 /// Section and condition on the command line.
@@ -23,7 +25,7 @@ pub(super) struct FlowArguments {
     #[arg(long, default_value_t = 160, allow_negative_numbers = true)]
     pub panels: usize,
     /// Number of boundary-layer stations on each side (panel solver)
-    #[arg(long, default_value_t = 128, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = Settings::default().stations_per_side(), allow_negative_numbers = true)]
     pub stations: usize,
     /// Flow solver: panel (without shocks), streamtube (M 0.1 to 0.9, with shocks), or auto (by the critical Mach number)
     #[arg(long, default_value_t = SolverChoice::Panel, value_parser = clap::value_parser!(SolverChoice))]
@@ -32,8 +34,6 @@ pub(super) struct FlowArguments {
 
 /// Most panels; the panel equations are dense.
 const MOST_PANELS: usize = 2000;
-/// Numbers of stations on a side; the equations that are left of them are dense.
-const STATIONS: std::ops::RangeInclusive<usize> = 32..=1000;
 
 impl FlowArguments {
     /// The operating point at a Mach number, and an angle of attack in degrees or a lift coefficient.
@@ -71,8 +71,8 @@ pub(super) fn panelled(arguments: &FlowArguments) -> Result<Panelled, Failure> {
     if arguments.panels > MOST_PANELS {
         return Err(Failure::Input(format!("--panels {}: at most {MOST_PANELS}", arguments.panels)));
     }
-    if !STATIONS.contains(&arguments.stations) {
-        let (least, most) = STATIONS.into_inner();
+    if !STATIONS_PER_SIDE.contains(&arguments.stations) {
+        let (least, most) = STATIONS_PER_SIDE.into_inner();
         return Err(Failure::Input(format!("--stations {}: from {least} to {most}", arguments.stations)));
     }
     let definition = arguments.shape.definition()?;

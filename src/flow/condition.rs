@@ -2,6 +2,7 @@
 
 use super::FlowError;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// The quantity that an operating point prescribes: the angle of attack or the lift coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -90,7 +91,16 @@ impl Default for Settings {
     }
 }
 
+/// Numbers of boundary-layer stations on each side that commands and cases may ask for. The equations that are left of the
+/// stations are dense.
+pub(crate) const STATIONS_PER_SIDE: RangeInclusive<usize> = 32..=1000;
+
 impl Settings {
+    /// Number of boundary-layer stations on each side.
+    pub(crate) fn stations_per_side(&self) -> usize {
+        self.laminar_stations + self.turbulent_stations
+    }
+
     /// These settings with a number of boundary-layer stations on each side, five eighths of them laminar as by default
     /// (80 of 128).
     pub fn with_stations(self, per_side: usize) -> Self {

@@ -62,6 +62,7 @@ pub use crate::section::TrailingEdge;
 pub use choice::SolverChoice;
 pub(crate) use coefficients::COEFFICIENTS;
 pub use coefficients::{Coefficients, Derivatives, Gradients};
+pub(crate) use condition::STATIONS_PER_SIDE;
 pub use condition::{Condition, Incidence, Settings};
 pub use error::FlowError;
 pub use field::{FieldBlock, FlowField};

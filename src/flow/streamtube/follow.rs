@@ -4,7 +4,7 @@
 //! Its amplification says where transition wants to be. Stations are laid there and the flow is carried over, until
 //! transition stands close enough for Newton's method to find its place together with all other unknowns.
 
-use super::limits::{Limits, PATIENCE};
+use super::limits::Limits;
 use super::newton::{Ended, solve};
 use super::numbering::{STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::refine::carried_over;
@@ -107,30 +107,22 @@ impl Following<'_> {
         let mut rules = [Rule::default(); 2];
         let mut ended = before;
         for approach in if known { FROM_A_FLOW } else { FROM_A_GUESS } {
-            let arrived = match approach {
-                Approach::None => false,
-                Approach::Near(range) => self.approach(problem, unknowns, &mut rules, range, &SHARES[..1], &mut steps),
-                Approach::Bold(near) => {
-                    self.approach(problem, unknowns, &mut rules, [near, f64::INFINITY], &SHARES[..1], &mut steps)
-                }
-                Approach::Careful(near) => {
-                    self.approach(problem, unknowns, &mut rules, [near, f64::INFINITY], &SHARES, &mut steps)
-                }
+            let moves = match approach {
+                Approach::None => None,
+                Approach::Near(range) => Some((range, &SHARES[..1])),
+                Approach::Bold(near) => Some(([near, f64::INFINITY], &SHARES[..1])),
+                Approach::Careful(near) => Some(([near, f64::INFINITY], &SHARES[..])),
             };
-            let most = self.settings.iterations;
-            let (steps_left, patience, growth) = match (approach, arrived) {
-                (Approach::None, _) => (BRIEF.0.min(most), BRIEF.1, BRIEF.2),
-                (_, true) => (most, PATIENCE, f64::INFINITY),
-                _ => (most, FAR, f64::INFINITY),
-            };
-            let limits = Limits {
-                steps: steps_left,
-                tolerance: self.settings.tolerance,
-                stride: 1.0,
-                hold: 0.5,
-                patience,
-                growth,
-                relaxed: true,
+            let arrived =
+                moves.map(|(range, shares)| self.approach(problem, unknowns, &mut rules, range, shares, &mut steps));
+            let usual = Limits::new(self.settings.iterations, self.settings.tolerance);
+            let limits = match arrived {
+                Some(true) => usual,
+                Some(false) => Limits { patience: FAR, ..usual },
+                None => {
+                    let (most, patience, growth) = BRIEF;
+                    Limits { steps: most.min(usual.steps), patience, growth, ..usual }
+                }
             };
             let (released, state, end) = released(problem, unknowns, &limits);
             steps += end.steps;
@@ -140,7 +132,7 @@ impl Following<'_> {
                 break;
             }
             // moves that led to no flow would not do so either another time
-            if !arrived && matches!(approach, Approach::Careful(_)) {
+            if arrived == Some(false) && matches!(approach, Approach::Careful(_)) {
                 break;
             }
         }
@@ -209,8 +201,7 @@ impl Following<'_> {
         }
         let mut state = carried_over(problem, unknowns, &next, from.globals)?;
         let (steps, patience) = STEPS;
-        let limits =
-            Limits { steps, tolerance: NEARLY, stride: 1.0, hold: 0.5, patience, growth: f64::INFINITY, relaxed: true };
+        let limits = Limits { patience, ..Limits::new(steps, NEARLY) };
         let ended = solve(&next, None, &mut state, &limits);
         Some((next, state, ended))
     }

@@ -24,6 +24,13 @@ pub(super) struct Limits {
     pub relaxed: bool,
 }
 
+impl Limits {
+    /// The usual limits: the whole way at once, relaxed speeds, and patience with a residual that grows.
+    pub fn new(steps: usize, tolerance: f64) -> Self {
+        Self { steps, tolerance, stride: 1.0, hold: 0.5, patience: PATIENCE, growth: f64::INFINITY, relaxed: true }
+    }
+}
+
 /// Number of steps of which nothing comes until an iteration is given up that nothing better can take the place of.
 pub(super) const PATIENCE: usize = 20;
 /// Largest change of the angle of attack in one step.

@@ -200,6 +200,7 @@ impl Local {
                 2 => scatter::<2>(&mut sums, own, by, &of_rows),
                 3 => scatter::<3>(&mut sums, own, by, &of_rows),
                 4 => scatter::<4>(&mut sums, own, by, &of_rows),
+                // no term has more: see the pass that records them
                 _ => scatter::<RESULTS>(&mut sums, own, by, &of_rows),
             }
         }
@@ -292,6 +293,7 @@ impl Pass for Recording<'_> {
         inputs: [Input; N],
         targets: [Target; M],
     ) {
+        const { assert!(M <= RESULTS) };
         let x = inputs.map(|input| self.numbers.read(input));
         let results = kernel.evaluate::<Tangent<N>, f64>(Tangent::variables(x), self.flow);
         let local = &mut self.local;

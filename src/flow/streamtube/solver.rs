@@ -6,7 +6,7 @@ use super::gas::Parameters;
 use super::grading::Stations;
 use super::guess::{Guessing, SHIFT, USUAL_TRANSITION, turning_of_trips};
 use super::kept::Base;
-use super::limits::{Limits, PATIENCE};
+use super::limits::Limits;
 use super::newton::{Ended, solve, solve_near};
 use super::numbering::{Grid, STAGNATION, TRANSITION, Unknowns};
 use super::outputs::OUTPUTS;
@@ -477,15 +477,7 @@ impl StreamtubeSection {
     /// Limits of the last stage of a start.
     pub(super) fn last(&self) -> Limits {
         let settings = &self.solver.settings;
-        Limits {
-            steps: settings.iterations,
-            tolerance: settings.tolerance,
-            stride: 1.0,
-            hold: 0.5,
-            patience: PATIENCE,
-            growth: f64::INFINITY,
-            relaxed: true,
-        }
+        Limits::new(settings.iterations, settings.tolerance)
     }
 
     /// A slower flow of the panel solver at about the angle of attack that is sought. Transition and the first layers are

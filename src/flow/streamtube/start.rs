@@ -65,13 +65,9 @@ pub(super) struct Guess {
 /// too: a layer that would turn turbulent ahead of its trip in one of the flows on the way would drag its stations along.
 pub(super) fn climb(problem: &Problem, guess: &Guess, settings: &StreamtubeSettings) -> (Unknowns, Ended) {
     let limits = |steps: usize, tolerance: f64| Limits {
-        steps,
-        tolerance,
-        stride: 1.0,
-        hold: 0.5,
         patience: guess.patience,
-        growth: f64::INFINITY,
         relaxed: guess.relaxed,
+        ..Limits::new(steps, tolerance)
     };
     let lifted = problem.held == Held::Lift;
     let mut target = problem.parameters;

@@ -90,6 +90,25 @@ fn the_next_point_of_a_sweep_is_that_from_nothing() {
     assert!((a.cd / b.cd - 1.0).abs() < 1e-8 && (a.cm / b.cm - 1.0).abs() < 1e-8, "{a:?} {b:?}");
 }
 
+#[test]
+fn a_trial_is_the_flow_from_the_neighbour_or_is_given_up_sooner() {
+    let (nodes, edge) = section("naca0012:sharp");
+    let condition =
+        |lift: f64, mach: f64| Condition { mach, trips: [Some(0.1); 2], ..Condition::new(Incidence::Lift(lift), 6e6) };
+    let section = StreamtubeSolver { settings: SMALL }.section(&nodes, edge).unwrap();
+    let near = section.analyze(&condition(0.2, 0.7), None).unwrap();
+    let both = |condition: Condition| {
+        [section.analyze_trial(&condition, &near).unwrap(), section.analyze(&condition, Some(&near)).unwrap()]
+    };
+    let [trial, alone] = both(condition(0.22, 0.7));
+    assert!(trial.is_reliable(), "{}", trial.status);
+    assert_eq!(trial.coefficients, alone.coefficients);
+    // far beyond buffet
+    let [trial, alone] = both(condition(1.2, 0.85));
+    assert!(!trial.is_solved() && !alone.is_solved(), "{} {}", trial.status, alone.status);
+    assert!(trial.attempts.len() < alone.attempts.len(), "{:?} {:?}", trial.attempts, alone.attempts);
+}
+
 /// A section with the thickness added evenly to a base of some height at the trailing edge.
 fn blunt(name: &str, height: f64) -> Vec<[f64; 2]> {
     let (mut nodes, _) = section(name);

@@ -95,15 +95,7 @@ fn inviscid(nodes: &[[f64; 2]], mach: f64, alpha: f64, reach: f64) -> [f64; OUTP
     let settings = StreamtubeSettings { tolerance: 1e-11, ..StreamtubeSettings::default() };
     let (mut unknowns, ended) = climb(&problem, &guess, &settings);
     assert!(ended.converged, "{ended:?}");
-    let limits = Limits {
-        steps: 10,
-        tolerance: settings.tolerance,
-        stride: 1.0,
-        hold: 0.5,
-        patience: PATIENCE,
-        growth: f64::INFINITY,
-        relaxed: true,
-    };
+    let limits = Limits::new(10, settings.tolerance);
     assert!(solve(&problem, None, &mut unknowns, &limits).converged);
     StreamtubeRecord::new(problem, unknowns, panels.nodes.clone()).outputs
 }
@@ -378,15 +370,7 @@ fn derivatives_agree_with_differences_of_solutions() {
     let gradients = solution.gradients().unwrap();
     let wave = solution.held_gradients().unwrap().cd_wave;
     let record = record(solution);
-    let limits = Limits {
-        steps: 20,
-        tolerance: 1e-11,
-        stride: 1.0,
-        hold: 0.5,
-        patience: PATIENCE,
-        growth: f64::INFINITY,
-        relaxed: true,
-    };
+    let limits = Limits::new(20, 1e-11);
     let numbers = |problem: &Problem| -> [f64; 4] {
         let mut unknowns = record.unknowns.clone();
         let from = From { parameters: record.problem.parameters, nodes: Some(&record.problem.nodes) };
