@@ -27,9 +27,16 @@ const STAGNANT_SMOOTHING: f64 = 0.5;
 /// Stream function over which that fades.
 const FADING: f64 = 0.3;
 
+#[inline(always)]
 fn unit<S: Scalar>(v: [S; 2]) -> [S; 2] {
     let r = dot(v, v).sqrt().recip();
-    v.map(|c| c * r)
+    [v[0] * r, v[1] * r]
+}
+
+/// Length of the mean of two pieces of a line along a direction.
+#[inline(always)]
+fn length<S: Scalar>(a: [S; 2], b: [S; 2], along: [S; 2]) -> S {
+    dot([(a[0] + b[0]) * 0.5, (a[1] + b[1]) * 0.5], along)
 }
 
 /// A tube between two stations, in the middle of the interval.
@@ -48,7 +55,8 @@ impl<S: Scalar> Face<S> {
     pub fn new(low: [[S; 2]; 2], high: [[S; 2]; 2]) -> Self {
         let (lower, upper) = (minus(low[1], low[0]), minus(high[1], high[0]));
         let direction = unit([lower[0] + upper[0], lower[1] + upper[1]]);
-        let across = [0, 1].map(|c| (high[1][c] + high[0][c] - low[1][c] - low[0][c]) * 0.5);
+        let between = |c: usize| (high[1][c] + high[0][c] - low[1][c] - low[0][c]) * 0.5;
+        let across = [between(0), between(1)];
         let area = cross(direction, across);
         Self { lower, upper, direction, across, area }
     }
@@ -84,6 +92,12 @@ fn dissipation<S: Over<P>, P: Scalar>(here: S, upstream: S, flow: &Flow<P>) -> S
     ((-mach2.recip() + 1.0) / flow.margin).softplus() * flow.upwinding
 }
 
+/// The speed that the momentum along the tube carries, from the speed of an interval and those of the two upstream of it.
+#[inline(always)]
+fn upwinded<S: Over<P>, P: Scalar>([q, before, last]: [S; 3], mu: S, flow: &Flow<P>) -> S {
+    q - mu * (q - before) + mu * (before - last) * flow.order
+}
+
 impl Cell {
     /// A tube with a mass flow, at a stream function counted from the dividing line.
     pub fn new(mass: f64, height: f64) -> Self {
@@ -103,12 +117,10 @@ impl Cell {
         let first = Face::new([low[0], low[1]], [high[0], high[1]]);
         let second = Face::new([low[1], low[2]], [high[1], high[2]]);
         let (q1, q2) = (q[2], q[3]);
-        let density = |q: S, area: S| (q * area).recip() * self.mass;
-        let (rho1, rho2) = (density(q1, first.area), density(q2, second.area));
+        let (rho1, rho2) = ((q1 * first.area).recip() * self.mass, (q2 * second.area).recip() * self.mass);
         let (p1, p2) = (flow.pressure(rho1, q1), flow.pressure(rho2, q2));
         let along = unit([first.direction[0] + second.direction[0], first.direction[1] + second.direction[1]]);
-        let side = |a: [S; 2], b: [S; 2]| dot([(a[0] + b[0]) * 0.5, (a[1] + b[1]) * 0.5], along);
-        let (below, above) = (side(first.lower, second.lower), side(first.upper, second.upper));
+        let (below, above) = (length(first.lower, second.lower, along), length(first.upper, second.upper, along));
         let area = (first.area + second.area) * 0.5;
         let impulse = (rho1 * q1 * q1 + rho2 * q2 * q2) * 0.5;
         let difference = (cross(along, minus(high[1], low[1])) - area) / area;
@@ -133,10 +145,9 @@ impl Cell {
     /// Residual of the equation along the tube.
     #[inline(always)]
     fn along<S: Over<P>, P: Scalar>(&self, q: [S; 4], [p1, p2]: [S; 2], area: S, flow: &Flow<P>) -> S {
-        let mach2 = [q[1], q[2], q[3]].map(|q| flow.mach2(q));
+        let mach2 = [flow.mach2(q[1]), flow.mach2(q[2]), flow.mach2(q[3])];
         let (mu1, mu2) = (dissipation(mach2[1], mach2[0], flow), dissipation(mach2[2], mach2[1], flow));
-        let upwinded = |q: S, before: S, last: S, mu: S| q - mu * (q - before) + mu * (before - last) * flow.order;
-        let (u1, u2) = (upwinded(q[2], q[1], q[0], mu1), upwinded(q[3], q[2], q[1], mu2));
+        let (u1, u2) = (upwinded([q[2], q[1], q[0]], mu1, flow), upwinded([q[3], q[2], q[1]], mu2, flow));
         let momentum = p2 - p1 + (u2 - u1) / area * self.mass;
         let losses = flow.log_total_pressure(p2, u2) - flow.log_total_pressure(p1, u1);
         let sum = mu1 + mu2;

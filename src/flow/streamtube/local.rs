@@ -294,7 +294,7 @@ impl Pass for Recording<'_> {
         targets: [Target; M],
     ) {
         const { assert!(M <= RESULTS) };
-        let x = inputs.map(|input| self.numbers.read(input));
+        let x = std::array::from_fn(|k| self.numbers.read(inputs[k]));
         let results = kernel.evaluate::<Tangent<N>, f64>(Tangent::variables(x), self.flow);
         let local = &mut self.local;
         local.inputs.extend(inputs.map(|input| local.slots.of(input) as u32));

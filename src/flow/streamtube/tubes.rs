@@ -5,19 +5,20 @@ use super::kernel::Input;
 use super::numbering::Grid;
 
 /// Both coordinates of a node.
+#[inline(always)]
 pub(super) fn node(station: usize, line: usize) -> [Input; 2] {
-    [0, 1].map(|axis| Input::Node { station, line, axis })
+    [Input::Node { station, line, axis: 0 }, Input::Node { station, line, axis: 1 }]
 }
 
 /// The nodes of both lines of a tube about `station` and the speeds that a [`Cell`] reads.
+#[inline(always)]
 pub(super) fn cell_inputs(grid: &Grid, station: usize, tube: usize) -> [Input; INPUTS] {
     let low = grid.lower_line(tube);
-    std::array::from_fn(|k| match k {
-        0..6 => node(station - 1 + k / 2, low)[k % 2],
-        6..12 => node(station - 1 + (k - 6) / 2, low + 1)[k % 2],
-        // the inlet stands in for speeds ahead of it
-        _ => Input::Unknown(grid.speed((station + k).saturating_sub(15), tube)),
-    })
+    let [[a, b], [c, d], [e, f]] = [0, 1, 2].map(|k| node(station + k - 1, low));
+    let [[g, h], [i, j], [k, l]] = [0, 1, 2].map(|k| node(station + k - 1, low + 1));
+    // the inlet stands in for speeds ahead of it
+    let [m, n, o, p] = [3, 2, 1, 0].map(|back| Input::Unknown(grid.speed(station.saturating_sub(back), tube)));
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]
 }
 
 /// The nodes of both lines of a tube at a station and the next, and the speed in between.
