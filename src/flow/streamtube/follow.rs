@@ -6,12 +6,13 @@
 
 use super::limits::Limits;
 use super::newton::{Ended, solve};
-use super::numbering::{STAGNATION, Sheet, TRANSITION, Unknowns};
+use super::numbering::{SPEED, STAGNATION, Sheet, TRANSITION, Unknowns};
 use super::refine::carried_over;
 use super::settings::StreamtubeSettings;
 use super::start::NEARLY;
 use super::system::Problem;
-use crate::flow::layer::Side;
+use crate::flow::layer::{EdgeLaw, Side};
+use std::ops::Range;
 
 /// Largest number of flows with fixed transition.
 const FLOWS: usize = 16;
@@ -106,30 +107,36 @@ impl Following<'_> {
         let mut steps = before.steps;
         let mut rules = [Rule::default(); 2];
         let mut ended = before;
+        // whether whole moves have led to no flow, and where transition was let go in vain
+        let (mut failed, mut left) = (false, None);
         for approach in if known { FROM_A_FLOW } else { FROM_A_GUESS } {
             let moves = match approach {
                 Approach::None => None,
-                Approach::Near(range) => Some((range, &SHARES[..1])),
-                Approach::Bold(near) => Some(([near, f64::INFINITY], &SHARES[..1])),
-                Approach::Careful(near) => Some(([near, f64::INFINITY], &SHARES[..])),
+                Approach::Near(range) => Some((range, 0..1)),
+                Approach::Bold(near) => Some(([near, f64::INFINITY], 0..1)),
+                Approach::Careful(near) => Some(([near, f64::INFINITY], usize::from(failed)..SHARES.len())),
             };
             let arrived =
                 moves.map(|(range, shares)| self.approach(problem, unknowns, &mut rules, range, shares, &mut steps));
-            let usual = Limits::new(self.settings.iterations, self.settings.tolerance);
-            let limits = match arrived {
-                Some(true) => usual,
-                Some(false) => Limits { patience: FAR, ..usual },
-                None => {
-                    let (most, patience, growth) = BRIEF;
-                    Limits { steps: most.min(usual.steps), patience, growth, ..usual }
+            failed |= arrived == Some(false);
+            let here = TRANSITION.map(|g| unknowns.globals[g]);
+            if left.replace(here) != Some(here) {
+                let usual = Limits::new(self.settings.iterations, self.settings.tolerance);
+                let limits = match arrived {
+                    Some(true) => usual,
+                    Some(false) => Limits { patience: FAR, ..usual },
+                    None => {
+                        let (most, patience, growth) = BRIEF;
+                        Limits { steps: most.min(usual.steps), patience, growth, ..usual }
+                    }
+                };
+                let (released, state, end) = released(problem, unknowns, &limits);
+                steps += end.steps;
+                ended = Ended { steps, ..end };
+                if ended.converged {
+                    (*problem, *unknowns) = (released, state);
+                    break;
                 }
-            };
-            let (released, state, end) = released(problem, unknowns, &limits);
-            steps += end.steps;
-            ended = Ended { steps, ..end };
-            if ended.converged {
-                (*problem, *unknowns) = (released, state);
-                break;
             }
             // moves that led to no flow would not do so either another time
             if arrived == Some(false) && matches!(approach, Approach::Careful(_)) {
@@ -140,19 +147,19 @@ impl Following<'_> {
     }
 
     /// Moves transition until it stands within the share `near` of the way to the nearer end of the side from its wanted
-    /// place, by whole moves or, where those lead to no flow, by shares of them. Nothing is moved that stands farther away than
-    /// the share `far`. The result is whether it stands there.
+    /// place, by the [`SHARES`] of moves with the numbers `shares`, smaller ones where larger ones lead to no flow. Nothing is
+    /// moved that stands farther away than the share `far`. The result is whether it stands there.
     fn approach(
         &self,
         problem: &mut Problem,
         unknowns: &mut Unknowns,
         rules: &mut [Rule; 2],
         [near, far]: [f64; 2],
-        shares: &[f64],
+        shares: Range<usize>,
         steps: &mut usize,
     ) -> bool {
         // number of the largest share that is tried
-        let mut largest = 0;
+        let mut largest = shares.start;
         for _ in 0..FLOWS {
             let now = TRANSITION.map(|g| unknowns.globals[g]);
             let lengths = Side::BOTH.map(|side| side.length(unknowns.globals[STAGNATION], self.total));
@@ -164,15 +171,13 @@ impl Following<'_> {
             if most <= near || !(most <= far) {
                 return most <= near;
             }
-            let moved = (largest..shares.len()).find_map(|number| {
-                let places = std::array::from_fn(|k| {
-                    let place = now[k] + shares[number] * moves[k];
-                    let rest = lengths[k] - now[k];
-                    place.clamp(
-                        (now[k] / MOVE).max(lengths[k] - MOVE * rest),
-                        (MOVE * now[k]).min(lengths[k] - rest / MOVE),
-                    )
-                });
+            let targets: [f64; 2] = std::array::from_fn(|k| {
+                let rest = lengths[k] - now[k];
+                let least = (now[k] / MOVE).max(lengths[k] - MOVE * rest);
+                (now[k] + moves[k]).clamp(least, (MOVE * now[k]).min(lengths[k] - rest / MOVE))
+            });
+            let moved = (largest..shares.end).find_map(|number| {
+                let places = std::array::from_fn(|k| now[k] + SHARES[number] * (targets[k] - now[k]));
                 let (next, state, ended) = self.fixed(problem, unknowns, places, lengths)?;
                 *steps += ended.steps;
                 // the next move may be a little bolder
@@ -224,13 +229,46 @@ impl Following<'_> {
         let (a, b) = (amplification(first - 1), amplification(first));
         let rise = (b - a) / (arcs[first] - arcs[first - 1]);
         let place = if rise > 0.0 { arcs[first] + (critical - b) / rise } else { limit };
-        place.max(0.0).min(limit)
+        let speeds = log_speeds_behind(problem, unknowns, side, arcs);
+        let shock = shock(&arcs[turning..], &speeds, &problem.flow().stream);
+        place.max(0.0).min(limit).min(shock.unwrap_or(limit))
     }
+}
+
+/// Logarithms of the speeds at the edge of the layer of a side, from transition on.
+fn log_speeds_behind(problem: &Problem, unknowns: &Unknowns, side: Side, arcs: &[f64]) -> Vec<f64> {
+    let grid = &problem.grid;
+    let place = |number: usize| grid.layer(grid.stations.nose() + number, Sheet::Wall(side), SPEED);
+    (grid.stations.turning[side.index()]..arcs.len()).map(|number| unknowns.at(place(number))).collect()
+}
+
+/// The place of a shock: that of the steepest fall of the speed on the way from supersonic to subsonic flow, where a flow
+/// begins supersonic. A laminar layer does not pass a shock, so that extrapolation from ahead of one says nothing of what is
+/// behind.
+fn shock(arcs: &[f64], log_speeds: &[f64], stream: &impl EdgeLaw<Number = f64>) -> Option<f64> {
+    let is_supersonic = |log_speed: &f64| stream.edge(log_speed.exp()).mach2 >= 1.0;
+    let supersonic = log_speeds.iter().take_while(|v| is_supersonic(v)).count();
+    let fall = |n: &usize| (log_speeds[*n] - log_speeds[n + 1]) / (arcs[n + 1] - arcs[*n]);
+    let falls = 0..supersonic.min(arcs.len() - 1);
+    falls.max_by(|a, b| fall(a).total_cmp(&fall(b))).map(|n| 0.5 * (arcs[n] + arcs[n + 1]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::layer::FreeStream;
+
+    #[test]
+    fn a_shock_stands_where_the_speed_falls_most() {
+        let stream = FreeStream::new(0.7, 1e6);
+        let arcs: Vec<f64> = (0..8).map(|k| 0.3 + 0.1 * f64::from(k)).collect();
+        let log = |speeds: [f64; 8]| speeds.map(f64::ln);
+        // the speed of sound is that of about 1.4 times the onset flow
+        let found = shock(&arcs, &log([1.6, 1.62, 1.6, 1.45, 1.35, 1.1, 1.05, 1.0]), &stream).unwrap();
+        assert!((found - 0.55).abs() < 1e-12, "{found}");
+        // there is none in subsonic flow, behind which the flow may be anything
+        assert_eq!(shock(&arcs, &log([1.3, 1.6, 1.1, 1.0, 1.0, 1.0, 1.0, 1.0]), &stream), None);
+    }
 
     #[test]
     fn a_wanted_place_that_swings_is_found() {

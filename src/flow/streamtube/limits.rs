@@ -18,7 +18,7 @@ pub(super) struct Limits {
     pub hold: f64,
     /// Largest number of steps of which nothing comes.
     pub patience: usize,
-    /// Ratio of the residual to the lowest one above which the iteration is given up.
+    /// Ratio of the residual to the lowest one above which the iteration is given up; small residuals may grow.
     pub growth: f64,
     /// Whether small speeds may change by more than a quarter of themselves.
     pub relaxed: bool,

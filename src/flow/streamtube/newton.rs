@@ -23,6 +23,9 @@ const MACH_STEP: f64 = 0.08;
 /// Ratio to which the residual falls, or share of the way that is gone on, in steps of which something comes.
 const PROGRESS: (f64, f64) = (0.8, 1e-3);
 
+/// Residual below which one that grows does not mean that the iteration goes astray.
+const SMALL: f64 = 0.05;
+
 /// The last step at which an iteration came nearer to its end.
 struct Progress {
     step: usize,
@@ -39,7 +42,7 @@ impl Progress {
         if gone > self.gone + advance || residual < fall * self.residual {
             *self = Self { step, gone, residual, state: Some(unknowns.clone()) };
         }
-        step - self.step > limits.patience || residual > limits.growth * self.residual
+        step - self.step > limits.patience || residual > limits.growth * self.residual.max(SMALL)
     }
 
     /// The end of an iteration that failed after some steps. The unknowns are left where it came nearer to its end for the
