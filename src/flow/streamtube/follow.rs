@@ -242,9 +242,8 @@ fn log_speeds_behind(problem: &Problem, unknowns: &Unknowns, side: Side, arcs: &
     (grid.stations.turning[side.index()]..arcs.len()).map(|number| unknowns.at(place(number))).collect()
 }
 
-/// The place of a shock: that of the steepest fall of the speed on the way from supersonic to subsonic flow, where a flow
-/// begins supersonic. A laminar layer does not pass a shock, so that extrapolation from ahead of one says nothing of what is
-/// behind.
+/// The place of a shock in a flow that is supersonic at the first place: where the speed falls most steeply on the way to
+/// subsonic flow. A laminar layer does not pass a shock, so that extrapolation from ahead of one says nothing of what is behind.
 fn shock(arcs: &[f64], log_speeds: &[f64], stream: &impl EdgeLaw<Number = f64>) -> Option<f64> {
     let is_supersonic = |log_speed: &f64| stream.edge(log_speed.exp()).mach2 >= 1.0;
     let supersonic = log_speeds.iter().take_while(|v| is_supersonic(v)).count();
