@@ -19,8 +19,8 @@ use nalgebra::DMatrix;
 // lists of one number for every output are as wide as the products of matrices take them
 const _: () = assert!(OUTPUTS == LIST);
 
-/// Residual of multipliers that is aimed at, and the largest one, over that of none. Derivatives are as good as about a tenth of
-/// it, which is as good as the flow to which they belong.
+/// Residual of multipliers that is aimed at, and the largest one, over that of none. It leaves derivatives off by no more than
+/// such a share of their size, which is as good as the flow to which they belong.
 const TOLERANCE: [f64; 2] = [5e-10, 1e-9];
 /// Largest number of further corrections that are expected to be enough; new factors cost as much.
 const EXPECTED: f64 = 5.0;
