@@ -29,7 +29,7 @@ pub(crate) fn between<S: Scalar>(a: [S; 2], b: [S; 2], share: f64) -> [S; 2] {
 /// The point midway between two others.
 #[inline(always)]
 pub(crate) fn middle<S: Scalar>(a: [S; 2], b: [S; 2]) -> [S; 2] {
-    [0, 1].map(|d| (a[d] + b[d]) * 0.5)
+    [(a[0] + b[0]) * 0.5, (a[1] + b[1]) * 0.5]
 }
 
 /// The length of a vector; its derivatives are not finite where the vector vanishes.

@@ -12,7 +12,7 @@
 use super::gas::{Flow, GAMMA};
 use super::kernel::Kernel;
 use crate::flow::layer::Side;
-use crate::plane::{cross, dot, minus};
+use crate::plane::{cross, dot, middle, minus};
 use crate::scalar::{Over, Scalar};
 
 /// Sum of the dissipation at both ends of a cell above which the momentum along the tube takes over from the total
@@ -27,16 +27,11 @@ const STAGNANT_SMOOTHING: f64 = 0.5;
 /// Stream function over which that fades.
 const FADING: f64 = 0.3;
 
+// Arrays are written out here and below: a closure over duals of sixteen directions is called, not inlined.
 #[inline(always)]
 fn unit<S: Scalar>(v: [S; 2]) -> [S; 2] {
     let r = dot(v, v).sqrt().recip();
     [v[0] * r, v[1] * r]
-}
-
-/// Length of the mean of two pieces of a line along a direction.
-#[inline(always)]
-fn length<S: Scalar>(a: [S; 2], b: [S; 2], along: [S; 2]) -> S {
-    dot([(a[0] + b[0]) * 0.5, (a[1] + b[1]) * 0.5], along)
 }
 
 /// A tube between two stations, in the middle of the interval.
@@ -120,7 +115,8 @@ impl Cell {
         let (rho1, rho2) = ((q1 * first.area).recip() * self.mass, (q2 * second.area).recip() * self.mass);
         let (p1, p2) = (flow.pressure(rho1, q1), flow.pressure(rho2, q2));
         let along = unit([first.direction[0] + second.direction[0], first.direction[1] + second.direction[1]]);
-        let (below, above) = (length(first.lower, second.lower, along), length(first.upper, second.upper, along));
+        let below = dot(middle(first.lower, second.lower), along);
+        let above = dot(middle(first.upper, second.upper), along);
         let area = (first.area + second.area) * 0.5;
         let impulse = (rho1 * q1 * q1 + rho2 * q2 * q2) * 0.5;
         let difference = (cross(along, minus(high[1], low[1])) - area) / area;

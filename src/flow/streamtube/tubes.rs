@@ -14,6 +14,7 @@ pub(super) fn node(station: usize, line: usize) -> [Input; 2] {
 #[inline(always)]
 pub(super) fn cell_inputs(grid: &Grid, station: usize, tube: usize) -> [Input; INPUTS] {
     let low = grid.lower_line(tube);
+    // one by one: an input that is written and read at once as part of a list makes the processor wait
     let [[a, b], [c, d], [e, f]] = [0, 1, 2].map(|k| node(station + k - 1, low));
     let [[g, h], [i, j], [k, l]] = [0, 1, 2].map(|k| node(station + k - 1, low + 1));
     // the inlet stands in for speeds ahead of it
